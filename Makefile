@@ -1,0 +1,86 @@
+# make demo | test | lint | verify | bench | clean
+#
+# Everything runs in .venv, made once and made again only when pyproject.toml or constraints.txt change.
+# Another interpreter: make demo PYTHON=python3.12
+
+PYTHON ?= python3
+
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/numba-cache
+export MPLBACKEND := Agg
+# One thread a run: reproducible to the bit, and runs side by side do not fight for the cores.
+export OMP_NUM_THREADS := 1
+export OPENBLAS_NUM_THREADS := 1
+export MKL_NUM_THREADS := 1
+
+# .ready is written last, with the place and the interpreter. An environment that lacks it was interrupted, one
+# that names another place was moved here, and both are made anew; so is one asked for with another PYTHON.
+made_in := $(shell test -x $(BIN)/python && sed -n 1p $(READY) 2>/dev/null)
+made_by := $(shell test -x $(BIN)/python && sed -n 2p $(READY) 2>/dev/null)
+remake :=
+ifneq "$(made_in)" "$(CURDIR)"
+remake := yes
+else ifneq "$(origin PYTHON)" "file"
+ifneq "$(made_by)" "$(PYTHON)"
+remake := yes
+endif
+endif
+
+.PHONY: help demo test lint verify bench clean FORCE
+.DELETE_ON_ERROR:
+
+help:
+	@echo "make demo     run the baseline experiment and draw its pictures into out/baseline"
+	@echo "make test     the quick tests"
+	@echo "make lint     ruff and mypy"
+	@echo "make verify   the quick tests, then the slow verification tier"
+	@echo "make bench    the benchmarks"
+	@echo "make clean    remove .venv, caches and builds (results in out/ stay)"
+
+demo: $(READY)
+	@$(BIN)/peristalsis run baseline --out out/baseline --overwrite
+	@echo "Pictures:"
+	@find out/baseline -type f \( -name '*.png' -o -name '*.gif' -o -name '*.mp4' \) | LC_ALL=C sort | sed 's/^/  /'
+
+test: $(READY)
+	@$(BIN)/python -m pytest -q
+
+lint: $(READY)
+	$(BIN)/python -m ruff check .
+	$(BIN)/python -m ruff format --check .
+	$(BIN)/python -m mypy
+
+verify: test
+	@$(BIN)/python -m pytest -q -m slow
+
+bench: $(READY)
+	@$(BIN)/python benchmarks/run.py
+
+clean:
+	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis src/*.egg-info
+	find src tests examples benchmarks -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
+
+$(READY): pyproject.toml constraints.txt $(if $(remake),FORCE)
+	@command -v "$(PYTHON)" >/dev/null 2>&1 || { \
+	  echo "make: no interpreter named '$(PYTHON)'; install Python 3.11 or newer, or name one: make PYTHON=python3.12" >&2; \
+	  exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "make: peristalsis needs Python 3.11 or newer and '$(PYTHON)' is $$("$(PYTHON)" -V 2>&1 | head -n 1); name another: make PYTHON=python3.12" >&2; \
+	  exit 1; }
+	@"$(PYTHON)" -c 'import venv, ensurepip' 2>/dev/null || { \
+	  echo "make: '$(PYTHON)' cannot make environments: install the Debian package python3-venv (or $$("$(PYTHON)" -c 'import sys; print("python%d.%d-venv" % sys.version_info[:2])')), then run make again" >&2; \
+	  exit 1; }
+	@if [ -n "$(remake)" ]; then \
+	  echo "Making the environment in $(VENV) (once, about a minute)"; \
+	  rm -rf $(VENV) && "$(PYTHON)" -m venv $(VENV); \
+	else \
+	  echo "Bringing the environment in $(VENV) up to date"; \
+	  rm -f $(READY); \
+	fi
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@printf '%s\n%s\n' '$(CURDIR)' '$(PYTHON)' > $(READY)
+
+FORCE:

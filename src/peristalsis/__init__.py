@@ -1,0 +1,1 @@
+"""Electromechanical model of colonic propulsion: waves, wall, pellet."""

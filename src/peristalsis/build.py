@@ -1,0 +1,167 @@
+"""From a configuration, in the units people use, to a model, in the units the kernels use."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .config import Configuration
+from .config import Layer as LayerConfiguration
+from .control.pacemaker import PulseTrain
+from .control.reflex import Reflex
+from .control.sequence import Trigger
+from .geometry.grid import Grid
+from .model.equilibrium import LumenConstants, PelletConstants
+from .model.model import Layer, Model, PacemakerCell
+from .pellet import sphere
+from .tissue.cells.plant import CONDUCTANCES, CellConstants
+from .units import to_internal
+from .wall.active import ActiveConstants
+from .wall.membrane import WallConstants
+from .wall.passive import PassiveConstants
+
+
+def build(configuration: Configuration) -> Model:
+    """The model of a configuration; V0 and the pellet-free radius are still those of the undeformed tube."""
+    c = configuration
+    grid = Grid(c.wall.length, c.grid.n_z, c.grid.n_z_wall, c.grid.n_theta)
+    cell = cell_constants(c, c.tissue.kinetics_rate)
+    dt_wall = to_internal(c.step.wall, "ms")
+    longitudinal_trains, circular_trains = _trains(c)
+    return Model(
+        grid=grid,
+        cell=cell,
+        longitudinal=_layer(c, c.longitudinal, grid),
+        circular=_layer(c, c.circular, grid),
+        wall=_wall(c, grid),
+        pellet=PelletConstants(
+            present=c.pellet.enabled,
+            radius=c.pellet.radius,
+            viscous=c.pellet.viscous_friction,
+            dry=c.pellet.dry_friction,
+            frame=1.0 if c.pellet.friction_frame == "wall" else 0.0,
+            volume=sphere.volume(c.pellet.radius),
+        ),
+        lumen=LumenConstants(to_internal(c.lumen.pressure, "kPa"), 1.0, c.lumen.adiabatic_exponent),
+        longitudinal_trains=longitudinal_trains,
+        circular_trains=circular_trains,
+        pacemaker_cell=_pacemaker_cell(c),
+        trigger=Trigger(
+            c.trigger.rule,
+            c.trigger.delay,
+            c.trigger.level,
+            c.trigger.intensity,
+            c.trigger.duration,
+            c.trigger.refractory,
+        ),
+        reflex=Reflex(
+            c.reflex.enabled,
+            c.reflex.threshold,
+            c.reflex.oral_length,
+            c.reflex.anal_length,
+            c.reflex.delay,
+            c.reflex.refractory,
+            c.reflex.excitation_intensity,
+            c.reflex.excitation_duration,
+            c.reflex.inhibition_conductance,
+            c.reflex.inhibition_duration,
+        ),
+        inertia=c.wall.inertia,
+        second_order=c.step.scheme == "bdf2",
+        dt_wall=dt_wall,
+        substeps=round(c.step.wall / c.step.conduction),
+        exact_kinetics=c.solver.exact_kinetics,
+        tolerance=c.solver.residual_tolerance,
+        max_newton=c.solver.max_newton,
+        max_halvings=c.solver.max_halvings,
+        start_position=c.pellet.start_gap + c.pellet.radius,
+        free_radius=np.full(grid.n_z_wall + 1, c.wall.radius),
+    )
+
+
+def cell_constants(c: Configuration, rate: float) -> CellConstants:
+    """Constants of the cell model running at `rate` times its own clock."""
+    return CellConstants(
+        calcium_reversal=c.cell.calcium_reversal,
+        potassium_reversal=c.cell.potassium_reversal,
+        chloride_reversal=c.cell.chloride_reversal,
+        calcium_half_saturation=c.cell.calcium_half_saturation,
+        calcium_rate=c.cell.calcium_rate,
+        calcium_influx=c.cell.calcium_influx,
+        calcium_entry_potential=c.cell.calcium_entry_potential,
+        gate_time_factor=c.cell.gate_time_factor,
+        slow_gate_time=c.cell.slow_gate_time,
+        capacitance=c.tissue.capacitance,
+        kinetics_rate=rate,
+    )
+
+
+def diffusivity(c: Configuration, layer: LayerConfiguration) -> float:
+    """Effective diffusivity of a layer along z at stretch 1 [cm^2/s]: M_vs g_i g_o / ((g_i + g_o) C_m), Eq. (11)."""
+    inner, outer = layer.intracellular_axial, layer.extracellular_axial
+    series = layer.conductivity_scale * inner * outer / (inner + outer)
+    return 1e3 * c.tissue.volume_to_surface * series / c.tissue.capacitance
+
+
+def _conductances(layer: LayerConfiguration, cells: int) -> np.ndarray:
+    return np.repeat(np.array([[getattr(layer, name)] for name in CONDUCTANCES], dtype=float), cells, axis=1)
+
+
+def _layer(c: Configuration, layer: LayerConfiguration, grid: Grid) -> Layer:
+    return Layer(
+        conductances=_conductances(layer, grid.n_z * grid.n_theta),
+        diffusivity=diffusivity(c, layer),
+        conducts=layer.conduction,
+        force_factor=layer.active,
+        threshold=layer.threshold,
+    )
+
+
+def _wall(c: Configuration, grid: Grid) -> WallConstants:
+    w = c.wall
+    return WallConstants(
+        radius=w.radius,
+        element_size=grid.element_size,
+        viscosity=w.viscosity,
+        surface_density=to_internal(w.surface_density, "mg/cm^2"),
+        bending_stiffness=w.bending_stiffness,
+        slack_blend=w.slack_blend,
+        slack_slope=w.slack_slope,
+        published=w.tension == "published",
+        passive=PassiveConstants(w.c1, w.c2, w.c3, w.c4, w.c5, w.c6, w.c10),
+        longitudinal=ActiveConstants(c.longitudinal.c7, c.longitudinal.c8, c.longitudinal.c9),
+        circular=ActiveConstants(c.circular.c7, c.circular.c8, c.circular.c9),
+    )
+
+
+def _pacemaker_cell(c: Configuration) -> PacemakerCell | None:
+    if c.pacemaker.kind != "cell":
+        return None
+    conductances = _conductances(c.longitudinal, 1)
+    conductances[CONDUCTANCES.index("slow_calcium"), 0] = c.pacemaker.cell_slow_calcium
+    constants = cell_constants(c, c.pacemaker.cell_rate)
+    return PacemakerCell(constants, conductances, c.pacemaker.cell_coupling, c.pacemaker.width)
+
+
+def _trains(c: Configuration) -> tuple[tuple[PulseTrain, ...], tuple[PulseTrain, ...]]:
+    """Pulse trains of the longitudinal and of the circular layer."""
+    p = c.pacemaker
+    longitudinal: list[PulseTrain] = []
+    circular: list[PulseTrain] = []
+    follows = c.trigger.rule == "pacemaker"
+    if p.kind in ("pulse", "periodic"):
+        count = 1 if p.kind == "pulse" else p.count
+        late = c.trigger.delay if follows else 0.0
+        onset = p.onset + max(0.0, -late)
+        longitudinal.append(PulseTrain(onset, p.period, count, p.duration, p.intensity, 0.0, p.width))
+        if follows:
+            onset = p.onset + max(0.0, late)
+            circular.append(
+                PulseTrain(onset, p.period, count, c.trigger.duration, c.trigger.intensity, 0.0, p.width)
+            )
+    if c.rings.enabled:
+        r = c.rings
+        circular += [
+            PulseTrain(0.0, r.period, r.count, r.duration, r.intensity, z - 0.5 * r.width, z + 0.5 * r.width)
+            for z in r.positions
+        ]
+    return tuple(longitudinal), tuple(circular)

@@ -1,0 +1,1 @@
+"""Who starts what: pacemaker, the sequence of the layers, the mechanoreceptor reflex."""

@@ -1,0 +1,33 @@
+"""The oral pacemaker as a train of pulses: once, or as periodic slow waves."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from .pulses import Pulse
+
+
+class PulseTrain(NamedTuple):
+    """`count` pulses of `duration` every `period` [s] from `onset`, over z in [low, high] [cm], in uA/cm^2."""
+
+    onset: float
+    period: float
+    count: int
+    duration: float
+    intensity: float
+    low: float
+    high: float
+
+    def between(self, start: float, stop: float) -> list[Pulse]:
+        """The pulses that are on at some time in [start, stop] [s]."""
+        if self.count <= 0 or stop <= self.onset:
+            return []
+        first = max(0, int((start - self.onset - self.duration) / self.period)) if self.count > 1 else 0
+        found = []
+        for k in range(first, self.count):
+            begin = self.onset + k * self.period
+            if begin >= stop:
+                break
+            if begin + self.duration > start:
+                found.append(Pulse(begin, begin + self.duration, self.low, self.high, self.intensity))
+        return found

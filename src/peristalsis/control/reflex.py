@@ -1,0 +1,66 @@
+"""Mechanoreceptor reflex: excitation above the pellet, inhibition below it, Eq. (26)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .pulses import Pulse
+
+Floats = NDArray[np.float64]
+
+
+class Reflex(NamedTuple):
+    """Settings of the reflex: lengths in cm, times in s, excitation in uA/cm^2, inhibition in mS/cm^2."""
+
+    enabled: bool
+    threshold: float  # ratio of girths
+    oral_length: float
+    anal_length: float
+    delay: float
+    refractory: float
+    excitation_intensity: float
+    excitation_duration: float
+    inhibition_conductance: float
+    inhibition_duration: float
+
+
+class ReflexState(NamedTuple):
+    """Time of the last discharge [s], and the exciting currents and inhibiting conductances under way or to come."""
+
+    fired: float
+    excitation: tuple[Pulse, ...]
+    inhibition: tuple[Pulse, ...]
+
+
+SILENT = ReflexState(-np.inf, (), ())
+
+
+def observe_stretch(
+    reflex: Reflex, state: ReflexState, nodes: Floats, girth_ratio: Floats, touching: NDArray[np.bool_], time: float
+) -> ReflexState:
+    """Discharge if the pellet stretches the touching wall beyond the threshold and the receptors are not refractory.
+
+    nodes: Lagrangian z [cm], (n,). girth_ratio: circumference over its pellet-free value at p0, (n,).
+    """
+    state = state._replace(excitation=_kept(state.excitation, time), inhibition=_kept(state.inhibition, time))
+    if not reflex.enabled or time - state.fired < reflex.refractory - 1e-9:
+        return state
+    stretched = nodes[touching & (girth_ratio > reflex.threshold)]
+    if stretched.size == 0:
+        return state
+    low, high = float(stretched[0]), float(stretched[-1])
+    begin = time + reflex.delay
+    above = Pulse(
+        begin, begin + reflex.excitation_duration, low - reflex.oral_length, low, reflex.excitation_intensity
+    )
+    below = Pulse(
+        begin, begin + reflex.inhibition_duration, high, high + reflex.anal_length, reflex.inhibition_conductance
+    )
+    return ReflexState(time, (*state.excitation, above), (*state.inhibition, below))
+
+
+def _kept(pulses: tuple[Pulse, ...], time: float) -> tuple[Pulse, ...]:
+    return tuple(pulse for pulse in pulses if pulse.end > time)

@@ -1,0 +1,69 @@
+"""One wall surface, two grids: conduction cells and wall nodes over Lagrangian (z, theta).
+
+Arrays are indexed (n_z, n_theta), oral end first. n_theta = 1 is the axisymmetric model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..numerics.transfer import Overlap, overlap
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Lagrangian grids of a tube of the given length [cm]: conduction cells, wall nodes, and the ways between.
+
+    n_z conduction cells and n_z_wall wall elements (n_z_wall + 1 nodes) along z; n_theta columns around.
+    """
+
+    length: float
+    n_z: int
+    n_z_wall: int
+    n_theta: int = 1
+
+    @property
+    def cell_size(self) -> float:
+        """Length of a conduction cell along z [cm]."""
+        return self.length / self.n_z
+
+    @property
+    def element_size(self) -> float:
+        """Length of a wall element along z [cm]."""
+        return self.length / self.n_z_wall
+
+    @cached_property
+    def cells(self) -> Floats:
+        """Centres of the conduction cells [cm], shape (n_z,)."""
+        return (np.arange(self.n_z) + 0.5) * self.cell_size
+
+    @cached_property
+    def nodes(self) -> Floats:
+        """Wall nodes [cm], shape (n_z_wall + 1,)."""
+        return np.linspace(0.0, self.length, self.n_z_wall + 1)
+
+    @cached_property
+    def _cell_edges(self) -> Floats:
+        return np.linspace(0.0, self.length, self.n_z + 1)
+
+    @cached_property
+    def cells_to_nodes(self) -> Overlap:
+        """Averages of cell values over the tributary length of each wall node."""
+        middle = 0.5 * (self.nodes[1:] + self.nodes[:-1])
+        return overlap(self._cell_edges, np.concatenate(([0.0], middle, [self.length])))
+
+    @cached_property
+    def elements_to_cells(self) -> Overlap:
+        """Averages of element values over each conduction cell."""
+        return overlap(self.nodes, self._cell_edges)
+
+    @cached_property
+    def elements_to_faces(self) -> Overlap:
+        """Averages of element values between neighbouring cell centres, for the n_z - 1 inner faces."""
+        return overlap(self.nodes, self.cells)

@@ -1,0 +1,318 @@
+"""Wall, lumen and pellet in equilibrium at the end of a step: one Newton iteration over all of them.
+
+Unknowns are the wall nodes, the contact densities Q, and three scalars: lumen pressure p, pellet centre Z and axial
+force F. Q is condensed node by node; the scalars border the banded tangent of the wall.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..geometry.tube import lumen_volume
+from ..numerics.banded import solve_banded_in_place, solve_small_in_place
+from ..numerics.compiled import compiled
+from ..pellet.contact import AUGMENTATION, COMPLIANCE
+from ..pellet.friction import sliding_velocity
+from ..pellet.sphere import gap_and_normal
+from ..wall.membrane import HALF_WIDTH, WallConstants, assemble_pressure, assemble_wall
+
+TENSION_SCALE = 10.0
+"""Tension against which force residuals are measured [mN/cm], about p0 r0."""
+GAP_SCALE = 1.0e3
+"""Stiffness that turns a gap into a force residual in the merit of the line search [mN/cm^3]."""
+ROUNDOFF = 16.0 * 2.0**-52
+SMALLEST_STEP = 1.0 / 64.0
+MEMORY = 4
+"""The line search asks for less than the largest of this many last merits."""
+
+CONVERGED, NOT_CONVERGED, LINE_SEARCH_FAILED, SINGULAR, OUT_OF_RANGE = 0, 1, 2, 3, 4
+REASONS = (
+    "converged",
+    "Newton iteration limit reached",
+    "line search failed",
+    "singular tangent (static instability of the wall)",
+    "stretch out of range",
+)
+
+
+class PelletConstants(NamedTuple):
+    """Pellet and friction: cm, mN, s. `frame` w is 0 for friction at rest, 1 against the moving wall, Eq. (27)."""
+
+    present: bool
+    radius: float
+    viscous: float
+    dry: float
+    frame: float
+    volume: float
+
+
+class LumenConstants(NamedTuple):
+    """Adiabatic lumen, Eq. (17): p = pressure*(reference_volume/V)^exponent in mN/cm^2 and cm^3."""
+
+    pressure: float
+    reference_volume: float
+    exponent: float
+
+
+class Step(NamedTuple):
+    """Formulas of one step: wall rates (history*, slope), pellet Z = pellet_history + pellet_weight*velocity."""
+
+    slope: float
+    inertia: bool
+    pellet_history: float
+    pellet_weight: float
+
+
+@compiled
+def solve_equilibrium(
+    rho: np.ndarray,
+    zeta: np.ndarray,
+    density: np.ndarray,
+    scalars: np.ndarray,
+    history: np.ndarray,
+    velocity_history: np.ndarray,
+    stretch_history: np.ndarray,
+    hoop_history: np.ndarray,
+    drive_longitudinal: np.ndarray,
+    drive_circular: np.ndarray,
+    friction_weight: np.ndarray,
+    step: Step,
+    wall: WallConstants,
+    pellet: PelletConstants,
+    lumen: LumenConstants,
+    tolerance: float,
+    max_iterations: int,
+) -> tuple[int, int, float]:
+    """Solve in place for rho, zeta [cm], density Q [mN/cm^2] and scalars (p, Z, F); returns (code, iterations, merit).
+
+    history: position history (2, n); velocity_history: the same for velocities (inertia). friction_weight: share of
+    the friction reaction on each node (sums to one, or zero without contact). On failure the arrays hold a trial.
+    """
+    n = rho.size
+    size = 2 * n
+    h = wall.element_size
+    circumference = 2.0 * math.pi * wall.radius
+    unit = TENSION_SCALE * h / wall.radius
+    # Positions are known to one part in 2^52 of the tube's length; the dashpot turns that into a force.
+    reachable = ROUNDOFF * zeta[n - 1] / h * wall.viscosity * step.slope / unit
+    tolerance = max(tolerance, reachable)
+    residual = np.empty(size)
+    matrix = np.empty((size, 2 * HALF_WIDTH + 1))
+    gradient = np.empty(size)
+    right = np.empty((size, 4))
+    force_row = np.empty(size)
+    border = np.empty((3, 3))
+    border_right = np.empty(3)
+    touching = np.zeros(n, np.bool_)
+    gap = np.empty(n)
+    nr = np.empty(n)
+    nz = np.empty(n)
+    d_density = np.empty(n)
+    old_rho = rho.copy()
+    old_zeta = zeta.copy()
+    old_density = density.copy()
+    old_scalars = scalars.copy()
+    d_scalars = np.zeros(3)
+    merits = np.full(MEMORY, math.inf)
+    length = 1.0
+    merit = math.inf
+    iteration = 0
+    while True:
+        # Residual and tangent at the trial state.
+        residual[:] = 0.0
+        matrix[:, :] = 0.0
+        ok = assemble_wall(
+            rho,
+            zeta,
+            stretch_history,
+            hoop_history,
+            step.slope,
+            drive_longitudinal,
+            drive_circular,
+            wall,
+            residual,
+            matrix,
+        )
+        if ok:
+            assemble_pressure(rho, zeta, scalars[0], wall, gradient, residual, matrix)
+            if step.inertia:
+                mass = wall.surface_density * h * step.slope
+                for i in range(1, n - 1):
+                    vr = (rho[i] - history[0, i]) * step.slope
+                    vz = (zeta[i] - history[1, i]) * step.slope
+                    residual[2 * i] += mass * (vr - velocity_history[0, i])
+                    residual[2 * i + 1] += mass * (vz - velocity_history[1, i])
+                    matrix[2 * i, HALF_WIDTH] += mass * step.slope
+                    matrix[2 * i + 1, HALF_WIDTH] += mass * step.slope
+            for k in range(2):
+                residual[k] = 0.0
+                residual[size - 1 - k] = 0.0
+            volume = lumen_volume(rho, zeta) - (pellet.volume if pellet.present else 0.0)
+            ok = volume > 0.0
+        total = 0.0
+        worst = math.inf
+        if ok:
+            law = lumen.pressure * (lumen.reference_volume / volume) ** lumen.exponent
+            axial = 0.0
+            wall_velocity = 0.0
+            worst = 0.0
+            if pellet.present:
+                for i in range(1, n - 1):
+                    gap[i], nr[i], nz[i], curvature = gap_and_normal(rho[i], zeta[i] - scalars[1], pellet.radius)
+                    touching[i] = density[i] - AUGMENTATION * gap[i] > 0.0
+                    q = h * density[i]
+                    residual[2 * i] -= q * nr[i]
+                    residual[2 * i + 1] -= q * nz[i] + pellet.frame * friction_weight[i] * scalars[2] / circumference
+                    axial -= circumference * q * nz[i]
+                    wall_velocity += friction_weight[i] * (zeta[i] - history[1, i]) * step.slope
+                    if touching[i]:
+                        error = GAP_SCALE * abs(gap[i]) / TENSION_SCALE
+                    else:
+                        error = wall.radius * abs(density[i]) / TENSION_SCALE
+                    total += error * error
+                    worst = max(worst, error)
+            for k in range(size):
+                error = abs(residual[k]) / unit
+                total += error * error
+                worst = max(worst, error)
+            r_pressure = scalars[0] - law
+            speed, speed_slope = sliding_velocity(scalars[2], pellet.viscous, pellet.dry)
+            r_centre = 0.0
+            r_force = 0.0
+            if pellet.present:
+                r_force = scalars[2] - axial
+                r_centre = (
+                    scalars[1]
+                    - step.pellet_history
+                    - step.pellet_weight * (pellet.frame * wall_velocity + speed)
+                )
+            for error in (
+                abs(r_pressure) * wall.radius / TENSION_SCALE,
+                abs(r_force) / (circumference * TENSION_SCALE),
+                abs(r_centre) * GAP_SCALE / TENSION_SCALE,
+            ):
+                total += error * error
+                worst = max(worst, error)
+            ok = math.isfinite(total)
+        merit = math.sqrt(total) if ok else math.inf
+        if ok and worst <= tolerance:
+            return CONVERGED, iteration, merit
+        # Line search: shorten the last update until the merit falls below the largest of the last ones.
+        highest = 0.0
+        for m in merits:
+            highest = max(highest, m)
+        if iteration > 0 and not (ok and merit <= (1.0 - 1e-4 * length) * highest):
+            length *= 0.5
+            if length < SMALLEST_STEP:
+                return (LINE_SEARCH_FAILED if ok else OUT_OF_RANGE), iteration, merit
+            for i in range(n):
+                rho[i] = old_rho[i] + length * right[2 * i, 0]
+                zeta[i] = old_zeta[i] + length * right[2 * i + 1, 0]
+                density[i] = old_density[i] + length * d_density[i]
+            for k in range(3):
+                scalars[k] = old_scalars[k] + length * d_scalars[k]
+            continue
+        if not ok:
+            return OUT_OF_RANGE, iteration, merit
+        if iteration >= max_iterations:
+            return NOT_CONVERGED, iteration, merit
+        merits[iteration % MEMORY] = merit
+        if iteration == 0:
+            merits[:] = merit
+        # Condense the contact, border the band, solve.
+        border[:, :] = 0.0
+        force_row[:] = 0.0
+        for k in range(size):
+            right[k, 0] = -residual[k]
+            right[k, 1] = -gradient[k]
+            right[k, 2] = 0.0
+            right[k, 3] = 0.0
+        force_right = -r_force
+        force_centre = 0.0
+        if pellet.present:
+            stiff = h / COMPLIANCE
+            for i in range(1, n - 1):
+                r = 2 * i
+                right[r + 1, 3] = -pellet.frame * friction_weight[i] / circumference
+                if not touching[i]:
+                    right[r, 0] -= h * density[i] * nr[i]
+                    right[r + 1, 0] -= h * density[i] * nz[i]
+                    force_right += circumference * h * density[i] * nz[i]
+                    continue
+                turn = h * density[i] / (gap[i] + pellet.radius)
+                rr = stiff * nr[i] * nr[i] - turn * nz[i] * nz[i]
+                rz = (stiff + turn) * nr[i] * nz[i]
+                zz = stiff * nz[i] * nz[i] - turn * nr[i] * nr[i]
+                matrix[r, HALF_WIDTH] += rr
+                matrix[r, HALF_WIDTH + 1] += rz
+                matrix[r + 1, HALF_WIDTH - 1] += rz
+                matrix[r + 1, HALF_WIDTH] += zz
+                right[r, 0] -= stiff * gap[i] * nr[i]
+                right[r + 1, 0] -= stiff * gap[i] * nz[i]
+                right[r, 2] = -rz
+                right[r + 1, 2] = -zz
+                # Row of F - F_z: F_z gains -circumference * (zeta component of the condensed contact force).
+                force_row[r] = -circumference * rz
+                force_row[r + 1] = -circumference * zz
+                force_centre += circumference * zz
+                force_right += circumference * stiff * gap[i] * nz[i]
+        for k in range(2):
+            for row in (k, size - 1 - k):
+                matrix[row, :] = 0.0
+                matrix[row, HALF_WIDTH] = 1.0
+                right[row, :] = 0.0
+        if not solve_banded_in_place(matrix, HALF_WIDTH, right):
+            return SINGULAR, iteration, merit
+        # Border unknowns (dp, dZ, dF); x = x0 - dp*x1 - dZ*x2 - dF*x3.
+        pressure_slope = -lumen.exponent * law / volume * circumference
+        border[0, 0] = 1.0
+        border_right[0] = -r_pressure
+        border[1, 1] = 1.0
+        border_right[1] = -r_centre
+        border[2, 2] = 1.0
+        border_right[2] = 0.0
+        if pellet.present:
+            border[1, 2] = -step.pellet_weight * speed_slope
+            border[2, 1] = force_centre
+            border_right[2] = force_right
+        for k in range(size):
+            row_pressure = -pressure_slope * gradient[k]
+            border_right[0] -= row_pressure * right[k, 0]
+            for c in range(3):
+                border[0, c] -= row_pressure * right[k, c + 1]
+            if pellet.present:
+                border_right[2] -= force_row[k] * right[k, 0]
+                for c in range(3):
+                    border[2, c] -= force_row[k] * right[k, c + 1]
+        if pellet.present and pellet.frame != 0.0:
+            for i in range(1, n - 1):
+                row_wall = -step.pellet_weight * pellet.frame * friction_weight[i] * step.slope
+                border_right[1] -= row_wall * right[2 * i + 1, 0]
+                for c in range(3):
+                    border[1, c] -= row_wall * right[2 * i + 1, c + 1]
+        if not solve_small_in_place(border, border_right):
+            return SINGULAR, iteration, merit
+        for k in range(3):
+            d_scalars[k] = border_right[k]
+        for k in range(size):
+            right[k, 0] -= d_scalars[0] * right[k, 1] + d_scalars[1] * right[k, 2] + d_scalars[2] * right[k, 3]
+        old_rho[:] = rho
+        old_zeta[:] = zeta
+        old_density[:] = density
+        old_scalars[:] = scalars
+        for i in range(n):
+            d_density[i] = -density[i]
+            if touching[i]:
+                closing = gap[i] + nr[i] * right[2 * i, 0] + nz[i] * (right[2 * i + 1, 0] - d_scalars[1])
+                d_density[i] = -closing / COMPLIANCE
+        length = 1.0
+        iteration += 1
+        for i in range(n):
+            rho[i] += right[2 * i, 0]
+            zeta[i] += right[2 * i + 1, 0]
+            density[i] += d_density[i]
+        for k in range(3):
+            scalars[k] += d_scalars[k]

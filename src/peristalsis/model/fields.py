@@ -1,0 +1,107 @@
+"""Fields derived from a state: stretches, tensions, contact pressure at the wall nodes, and end reactions."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..wall.membrane import TOTAL_LONGITUDINAL, WallConstants, element_stretch, wall_tension
+from .state import WallState
+
+Floats = NDArray[np.float64]
+
+
+def column(array: Floats, j: int, component: int | None = None) -> Floats:
+    """Contiguous copy of column j of a wall field, of one component where there are three."""
+    return np.ascontiguousarray(array[:, j] if component is None else array[:, j, component])
+
+
+def stretch_of_elements(position: Floats, element_size: float) -> Floats:
+    """Longitudinal stretch of the elements, shape (n_z_wall, n_theta), from positions (n_z_wall + 1, n_theta, 3)."""
+    out = np.empty((position.shape[0] - 1, position.shape[1]))
+    for j in range(position.shape[1]):
+        one = np.empty(out.shape[0])
+        element_stretch(column(position, j, 0), column(position, j, 2), element_size, one)
+        out[:, j] = one
+    return out
+
+
+def nodal(elements: Floats) -> Floats:
+    """Element values (n, ...) as means at the n + 1 nodes; the end nodes take their only element."""
+    out = np.empty((elements.shape[0] + 1, *elements.shape[1:]))
+    out[1:-1] = 0.5 * (elements[1:] + elements[:-1])
+    out[0], out[-1] = elements[0], elements[-1]
+    return out
+
+
+def corner_tensions(wall: WallState, constants: WallConstants) -> Floats:
+    """All parts of the tension at the corners of the elements [mN/cm], shape (n_z_wall, 2, n_theta, 8)."""
+    elements, columns = wall.stretch_rate.shape
+    out = np.empty((elements, 2, columns, 8))
+    for j in range(columns):
+        one = np.empty((elements, 2, 8))
+        wall_tension(
+            column(wall.position, j, 0),
+            column(wall.position, j, 2),
+            column(wall.stretch_rate, j),
+            column(wall.hoop_rate, j),
+            np.ascontiguousarray(wall.drive[0, :, j]),
+            np.ascontiguousarray(wall.drive[1, :, j]),
+            constants,
+            one,
+        )
+        out[:, :, j] = one
+    return out
+
+
+def nodal_tensions(corners: Floats) -> Floats:
+    """Corner tensions as means at the nodes, shape (n_z_wall + 1, n_theta, 8)."""
+    out = np.empty((corners.shape[0] + 1, *corners.shape[2:]))
+    out[1:-1] = 0.5 * (corners[:-1, 1] + corners[1:, 0])
+    out[0], out[-1] = corners[0, 0], corners[-1, 1]
+    return out
+
+
+def axial_tension_of_elements(wall: WallState, constants: WallConstants) -> Floats:
+    """Total longitudinal tension of the elements [mN/cm], shape (n_z_wall, n_theta)."""
+    return np.asarray(corner_tensions(wall, constants)[..., TOTAL_LONGITUDINAL].mean(axis=1))
+
+
+def contact_pressure(wall: WallState, constants: WallConstants) -> Floats:
+    """Contact pressure on the deformed wall [mN/cm^2], shape (n_z_wall + 1, n_theta): Q / (lambda_l lambda_c)."""
+    stretch = nodal(stretch_of_elements(wall.position, constants.element_size))
+    return wall.contact / (stretch * wall.position[:, :, 0] / constants.radius)
+
+
+def end_reactions(wall: WallState, constants: WallConstants, pressure: float) -> tuple[float, float]:
+    """Axial force through the wall and its lumen at the oral and the anal end [mN], tube in tension positive.
+
+    The force on the first and last element corner along z, wall tension minus the pressure's share: on any free
+    stretch without contact the sum is constant along z, so the difference of the ends is the pellet's force.
+    """
+    corners = corner_tensions(wall, constants)
+    position = wall.position[:, 0, :]
+    forces = []
+    for element, node in ((0, 0), (-1, -1)):
+        step = position[1] - position[0] if element == 0 else position[-1] - position[-2]
+        stretch = math.hypot(step[0], step[2]) / constants.element_size
+        hoops = position[:2, 0] if element == 0 else position[-2:, 0]
+        total = corners[element, :, 0, TOTAL_LONGITUDINAL]
+        nominal = total * hoops / constants.radius if constants.published else total
+        bending = _bending_reaction(position, constants, node)
+        tension = float(nominal.mean()) * step[2] / (stretch * constants.element_size) + bending
+        a, b = hoops
+        lumen = pressure * math.pi / 3.0 * float(a * a + a * b + b * b)
+        forces.append(2.0 * math.pi * constants.radius * tension - lumen)
+    return forces[0], forces[1]
+
+
+def _bending_reaction(position: Floats, constants: WallConstants, node: int) -> float:
+    """Axial force that the bending regulariser passes to an end node [mN/cm]."""
+    factor = constants.bending_stiffness / constants.element_size**3
+    inner = 1 if node == 0 else -2
+    outer = (0, 1, 2) if node == 0 else (-3, -2, -1)
+    second = position[outer[0], 2] - 2.0 * position[inner, 2] + position[outer[2], 2]
+    return float(-factor * second if node == 0 else factor * second)

@@ -1,0 +1,192 @@
+"""The state before t = 0: cells at rest, tube inflated, pellet inserted by continuation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from ..control.reflex import SILENT
+from ..control.sequence import quiet
+from ..errors import DivergenceError
+from ..geometry.tube import lumen_volume
+from ..tissue.cells import plant
+from ..tissue.rest import RestState, rest_state
+from ..wall.passive import passive_tension
+from .equilibrium import CONVERGED, REASONS, LumenConstants, Step, solve_equilibrium
+from .model import Layer, Model
+from .state import PelletState, SheetState, State, WallState
+
+Floats = NDArray[np.float64]
+
+END_LAYER = 0.3
+"""Length over which the first guess of the inflated tube leaves its clamped ends [cm]."""
+
+
+def initial_state(model: Model) -> tuple[Model, State, list[str]]:
+    """The model completed with V0 and the pellet-free radius, its state before t = 0, and remarks for the user.
+
+    Raises DivergenceError if the tube cannot be inflated or the pellet not be inserted.
+    """
+    remarks: list[str] = []
+    longitudinal, remark = _resting_sheet(model, model.longitudinal, "longitudinal")
+    remarks += remark
+    circular, remark = _resting_sheet(model, model.circular, "circular")
+    remarks += remark
+    free, position, contact, force = _inflate_and_insert(model)
+    rho, zeta = np.ascontiguousarray(position[:, 0]), np.ascontiguousarray(position[:, 1])
+    volume = lumen_volume(rho, zeta) - (model.pellet.volume if model.pellet.present else 0.0)
+    complete = replace(model, free_radius=free, lumen=model.lumen._replace(reference_volume=volume))
+    shape = (model.grid.n_z_wall + 1, model.grid.n_theta)
+    nodes = np.zeros((*shape, 3))
+    nodes[:, :, 0], nodes[:, :, 2] = rho[:, None], zeta[:, None]
+    nodes[:, :, 1] = 2.0 * np.pi * np.arange(shape[1]) / shape[1]
+    still = np.zeros_like(nodes)
+    wall = WallState(
+        position=nodes,
+        position_before=nodes,
+        velocity=still,
+        velocity_before=still,
+        contact=np.repeat(contact[:, None], shape[1], axis=1),
+        stretch_rate=np.zeros((shape[0] - 1, shape[1])),
+        hoop_rate=np.zeros(shape),
+        drive=np.zeros((2, *shape)),
+        step_before=0.0,
+    )
+    state = State(
+        step=0,
+        longitudinal=longitudinal,
+        circular=circular,
+        pacemaker=_pacemaker_sheet(model),
+        wall=wall,
+        pellet=PelletState(model.start_position, 0.0, force),
+        pressure=model.lumen.pressure,
+        trigger=quiet((model.grid.n_z, model.grid.n_theta)),
+        reflex=SILENT,
+    )
+    return complete, state, remarks
+
+
+def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, list[str]]:
+    shape = (model.grid.n_z, model.grid.n_theta)
+    potential, gates = np.empty(shape).ravel(), np.empty((4, shape[0] * shape[1]))
+    remarks = []
+    patterns, which = np.unique(layer.conductances, axis=1, return_inverse=True)
+    for k in range(patterns.shape[1]):
+        rest = rest_state(patterns[:, k], model.cell, model.tables(model.cell, model.substeps)[0], model.exact_kinetics)
+        cells = np.ravel(which) == k
+        potential[cells] = rest.potential
+        gates[:, cells] = np.array(rest.gates)[:, None]
+        if not rest.stable:
+            remarks.append(
+                f"{name} layer: no stable rest with slow_calcium = {patterns[plant.SLOW, k]:g} mS/cm^2 (steady state "
+                f"at {rest.potential:.2f} mV is unstable); the tissue starts there and will oscillate by itself"
+            )
+    unset = np.full(shape, np.nan)
+    return SheetState(potential.reshape(shape), gates.reshape(4, *shape), unset, unset.copy()), remarks
+
+
+def _pacemaker_sheet(model: Model) -> SheetState:
+    unset = np.full((1, 1), np.nan)
+    if model.pacemaker_cell is None:
+        return SheetState(np.zeros((1, 1)), np.zeros((4, 1, 1)), unset, unset.copy())
+    cell = model.pacemaker_cell
+    rest: RestState = rest_state(cell.conductances[:, 0], cell.constants, model.tables(cell.constants, model.substeps)[0])
+    # A bursting cell stays on its unstable steady state for ever if put exactly on it.
+    gates = np.array(rest.gates).reshape(4, 1, 1)
+    return SheetState(np.full((1, 1), rest.potential + 1.0), gates, unset, unset.copy())
+
+
+def _inflate_and_insert(model: Model) -> tuple[Floats, Floats, Floats, float]:
+    """(pellet-free radius, positions (n, 2), contact densities, axial force) of the passive tube at p0."""
+    wall, nodes = model.wall, model.grid.nodes
+    n = nodes.size
+    pressure = model.lumen.pressure
+    rho, zeta, contact = np.full(n, wall.radius), nodes.copy(), np.zeros(n)
+    scalars = np.array([pressure, model.start_position, 0.0])
+    fixed, none, still = np.zeros((2, n)), np.zeros(n), np.zeros((2, n))
+
+    def settle(radius: float) -> int:
+        """Equilibrium with a pellet of this radius held in place (none if 0) at constant pressure."""
+        pellet = model.pellet._replace(present=radius > 0.0, radius=max(radius, 1e-3), frame=0.0, volume=0.0)
+        step = Step(0.0, False, model.start_position, 0.0)
+        lumen = LumenConstants(pressure, 1.0, 0.0)
+        code: int = solve_equilibrium(
+            rho,
+            zeta,
+            contact,
+            scalars,
+            fixed,
+            still,
+            np.ones(n - 1),
+            np.ones(n),
+            none,
+            none,
+            none,
+            step,
+            wall,
+            pellet,
+            lumen,
+            model.tolerance,
+            100,
+        )[0]
+        return code
+
+    if pressure > 0.0:
+        rho += (_inflated_radius(model) - wall.radius) * (
+            1.0 - np.exp(-nodes / END_LAYER) - np.exp(-(nodes[-1] - nodes) / END_LAYER)
+        )
+        rho[0] = rho[-1] = wall.radius
+        code = settle(0.0)
+        if code != CONVERGED:
+            raise DivergenceError(
+                f"the tube finds no equilibrium at lumen.pressure = {pressure / 100.0:g} kPa ({REASONS[code]}); "
+                "lower the pressure or refine grid.n_z_wall"
+            )
+    free = rho.copy()
+    if model.pellet.present:
+        _insert(model, free, settle, (rho, zeta, contact, scalars))
+    return free, np.stack([rho, zeta], axis=1), contact, float(scalars[2])
+
+
+def _inflated_radius(model: Model) -> float:
+    """Radius of the long passive tube at p0 and longitudinal stretch 1: T_c = p rho (Laplace), Eq. (1)."""
+    wall, pressure = model.wall, model.lumen.pressure
+
+    def excess(stretch: float) -> float:
+        return float(passive_tension(1.0, stretch, wall.passive)[1] - pressure * wall.radius * stretch)
+
+    high = 1.0
+    while excess(high) <= 0.0:
+        high += 0.05
+        if high > 4.0:
+            raise DivergenceError(
+                f"no inflated tube at lumen.pressure = {pressure / 100.0:g} kPa: the passive wall cannot hold it"
+            )
+    return wall.radius * float(brentq(excess, 1.0, high))
+
+
+def _insert(model: Model, free: Floats, settle, arrays: tuple[Floats, ...]) -> None:  # type: ignore[no-untyped-def]
+    """Grow the pellet from just below the free radius to its own, in steps that shrink where they fail."""
+    target = model.pellet.radius
+    radius = min(target, float(free.max()) - 1e-3)
+    step = 0.02
+    kept = [a.copy() for a in arrays]
+    code = settle(radius)
+    while code != CONVERGED or radius < target:
+        if code == CONVERGED:
+            kept = [a.copy() for a in arrays]
+            reached = radius
+        else:
+            for a, b in zip(arrays, kept, strict=True):
+                a[:] = b
+            step *= 0.5
+            if step < 1e-5:
+                raise DivergenceError(
+                    f"the tube cannot hold this pellet: no equilibrium beyond a radius of {radius - 2 * step:.4g} cm on "
+                    f"the way to pellet.radius = {target:g} cm ({REASONS[code]}); use a smaller pellet or wider tube"
+                )
+        radius = min(target, (reached if code != CONVERGED else radius) + step)
+        code = settle(radius)

@@ -1,0 +1,72 @@
+"""The whole state of a run between two steps: pure data, copied, never changed in place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..control.reflex import ReflexState
+from ..control.sequence import TriggerState
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SheetState:
+    """One muscle sheet: potential [mV] (n_z, n_theta), gates (4, n_z, n_theta), activation times [ms].
+
+    first_activation and last_activation: first and latest rise through the activation level, nan before.
+    """
+
+    potential: Floats
+    gates: Floats
+    first_activation: Floats
+    last_activation: Floats
+
+
+@dataclass(frozen=True)
+class WallState:
+    """The wall: nodes as (rho [cm], vartheta [rad], zeta [cm]), shape (n_z_wall + 1, n_theta, 3), now and before.
+
+    velocity: of (rho, vartheta, zeta) at both times. contact: force density per undeformed area [mN/cm^2],
+    (n_z_wall + 1, n_theta). step_before: length of the step between the two positions [s], 0 at the start.
+    stretch_rate: of the elements along z [1/s], (n_z_wall, n_theta); hoop_rate: of the nodes, (n_z_wall + 1, n_theta).
+    drive: force factor times phi+ of the longitudinal and the circular layer at the nodes [mV], (2, n_z_wall + 1,
+    n_theta). The last three are those that the present tensions were computed with.
+    """
+
+    position: Floats
+    position_before: Floats
+    velocity: Floats
+    velocity_before: Floats
+    contact: Floats
+    stretch_rate: Floats
+    hoop_rate: Floats
+    drive: Floats
+    step_before: float
+
+
+@dataclass(frozen=True)
+class PelletState:
+    """The pellet: centre [cm], velocity [cm/s], axial force of the wall [mN]."""
+
+    position: float
+    velocity: float
+    axial_force: float
+
+
+@dataclass(frozen=True)
+class State:
+    """Everything that the next step depends on; time is step * dt, from the integer step."""
+
+    step: int
+    longitudinal: SheetState
+    circular: SheetState
+    pacemaker: SheetState
+    wall: WallState
+    pellet: PelletState
+    pressure: float
+    trigger: TriggerState
+    reflex: ReflexState

@@ -1,0 +1,64 @@
+"""The one door to numba: every compiled kernel of the package is decorated with `compiled`.
+
+numba's on-disk cache looks only at the file that holds a kernel and misses a change in another file that the
+kernel calls. So the cache folder carries a hash of all kernel sources: a changed source means a new folder,
+never a stale kernel (docs/decisions/0010). Where no folder can be written, kernels are compiled anew each time.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_KERNEL_FOLDERS = ("numerics", "geometry", "tissue", "wall", "pellet", "control", "model")
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def source_digest() -> str:
+    """Hash of every source file that can hold a kernel, and of numba's version; 16 hexadecimal digits."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    for folder in _KERNEL_FOLDERS:
+        for file in sorted((_PACKAGE / folder).rglob("*.py")):
+            digest.update(file.relative_to(_PACKAGE).as_posix().encode())
+            digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
+
+
+def _cache_folder() -> Path | None:
+    named = os.environ.get("NUMBA_CACHE_DIR")
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    for root in (Path(named) if named else None, Path(home) / "peristalsis"):
+        if root is not None and _writable(root / source_digest()):
+            return root / source_digest()
+    return None
+
+
+CACHE_FOLDER = _cache_folder()
+if CACHE_FOLDER is not None:
+    numba.config.CACHE_DIR = str(CACHE_FOLDER)
+
+
+def compiled(function: Function) -> Function:
+    """Compile `function` with numba: cached on disk, double precision as written (no fast-math), one thread."""
+    decorate = numba.njit(cache=CACHE_FOLDER is not None, fastmath=False, error_model="numpy", nogil=True)
+    result: Function = decorate(function)
+    return result
+
+

@@ -1,0 +1,23 @@
+"""Time derivatives of the wall: variable-step BDF2 or backward Euler in one form, Eq. (32)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class RateFormula(NamedTuple):
+    """x_dot(t+dt) = (x - (keep*x_n + older*x_{n-1})) * inverse, with `inverse` in 1/s; static when it is 0."""
+
+    keep: float
+    older: float
+    inverse: float
+
+
+STATIC = RateFormula(1.0, 0.0, 0.0)
+
+
+def rate_formula(dt: float, dt_before: float, second_order: bool) -> RateFormula:
+    """Formula for a step `dt` after a step `dt_before` [s]; dt_before = 0 (a start) gives backward Euler."""
+    ratio = dt / dt_before if second_order and dt_before > 0.0 else 0.0
+    beta = (1.0 + ratio) / (1.0 + 2.0 * ratio)
+    return RateFormula(beta * (1.0 + ratio), -beta * ratio * ratio / (1.0 + ratio), 1.0 / (beta * dt))

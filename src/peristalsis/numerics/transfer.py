@@ -1,0 +1,54 @@
+"""Transfer between grids by averages over overlapping cells, Eq. (33): integrals are conserved."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compiled import compiled
+
+Floats = NDArray[np.float64]
+
+
+class Overlap(NamedTuple):
+    """Averaging weights in rows: target t takes sources indices[start[t]:start[t+1]] with these weights."""
+
+    start: NDArray[np.int64]
+    indices: NDArray[np.int64]
+    weights: Floats
+
+
+def overlap(source_edges: Floats, target_edges: Floats) -> Overlap:
+    """Weights that turn averages over source cells into averages over target cells.
+
+    source_edges, target_edges: increasing cell edges, shapes (n_source + 1,) and (n_target + 1,); the source
+    must cover the target. Each row sums to one, so constants are kept, and so is every integral over the line.
+    """
+    start, indices, weights = [0], [], []
+    for left, right in zip(target_edges[:-1], target_edges[1:], strict=True):
+        first = max(int(np.searchsorted(source_edges, left, side="right")) - 1, 0)
+        row: list[float] = []
+        for k in range(first, len(source_edges) - 1):
+            if source_edges[k] >= right:
+                break
+            width = min(right, source_edges[k + 1]) - max(left, source_edges[k])
+            if width > 1e-12 * (right - left):
+                indices.append(k)
+                row.append(float(width))
+        total = sum(row)
+        weights.extend(value / total for value in row)
+        start.append(len(indices))
+    return Overlap(np.array(start, np.int64), np.array(indices, np.int64), np.array(weights, np.float64))
+
+
+@compiled
+def average(weights: Overlap, source: np.ndarray, target: np.ndarray) -> None:
+    """Write the average of `source` (shape (n_source, n_theta)) over each target cell into `target`."""
+    for t in range(target.shape[0]):
+        for j in range(target.shape[1]):
+            total = 0.0
+            for k in range(weights.start[t], weights.start[t + 1]):
+                total += weights.weights[k] * source[weights.indices[k], j]
+            target[t, j] = total

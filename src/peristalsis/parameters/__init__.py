@@ -1,0 +1,132 @@
+"""Every number the package ships, with its unit, its tag and its source.
+
+One TOML file per source: ``[source]`` says what is cited, each further table is one parameter.
+``readings.toml`` holds the named readings: sets of three numbers where the paper contradicts itself.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Literal, get_args
+
+from peristalsis.errors import ReadingNotFound, shown, suggestion
+
+Tag = Literal["printed", "corrected", "sourced", "chosen", "calibrated"]
+Value = float | int | bool | str | tuple[float, ...]
+
+_FOLDER = Path(__file__).parent
+_FILES = ("al_qatrawi_miftahof", "plant_1981", "tong_fung_1976", "chosen")
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One shipped value.
+
+    `unit` is "1" for dimensionless numbers and empty for switches and names.  `printed` is what the paper
+    prints where its unit or its value was in doubt, and empty otherwise.
+    """
+
+    key: str
+    value: Value
+    unit: str
+    tag: Tag
+    source: str
+    description: str
+    printed: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """What is cited, and the parameters taken from it."""
+
+    name: str
+    short: str
+    citation: str
+    parameters: Mapping[str, Parameter]
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """One way to read the numbers of the paper that contradict each other."""
+
+    name: str
+    why: str
+    parameters: Mapping[str, Parameter]
+
+
+def shipped(reading: str = "tight") -> Mapping[str, Parameter]:
+    """All parameters by key, under one reading of the paper."""
+    if reading not in READINGS:
+        raise ReadingNotFound(f"reading = {shown(reading)}: no such reading; {suggestion(reading, READINGS)}")
+    return _shipped(reading)
+
+
+@lru_cache(maxsize=8)
+def _shipped(reading: str) -> Mapping[str, Parameter]:
+    merged: dict[str, Parameter] = {}
+    for source in SOURCES.values():
+        merged.update(source.parameters)
+    merged.update(READINGS[reading].parameters)
+    return MappingProxyType(merged)
+
+
+def _load_source(name: str) -> Source:
+    tables = _tables(name)
+    about = tables.pop("source")
+    parameters = {key: _parameter(name, key, table, about["short"]) for key, table in tables.items()}
+    return Source(name, about["short"], about["citation"], MappingProxyType(parameters))
+
+
+def _load_readings(sources: Mapping[str, Source]) -> dict[str, Reading]:
+    readings = {}
+    for name, table in _tables("readings").items():
+        why = table.pop("why")
+        parameters = {}
+        for key, entry in table.items():
+            if "from" in entry:  # the number is written once, in the file of its source
+                parameters[key] = sources[entry["from"]].parameters[key]
+            else:
+                parameters[key] = _parameter("readings", key, entry, f"reading '{name}'")
+        readings[name] = Reading(name, why, MappingProxyType(parameters))
+    return readings
+
+
+def _tables(name: str) -> dict[str, Any]:
+    with (_FOLDER / f"{name}.toml").open("rb") as file:
+        return tomllib.load(file)
+
+
+def _parameter(file: str, key: str, table: dict[str, Any], cited: str) -> Parameter:
+    value = table["value"]
+    tag = table["tag"]
+    if tag not in get_args(Tag):
+        raise ValueError(f"{file}.toml: {key} has tag {shown(tag)}; {suggestion(str(tag), get_args(Tag))}")
+    return Parameter(
+        key=key,
+        value=tuple(float(item) for item in value) if isinstance(value, list) else value,
+        unit=table.get("unit", ""),
+        tag=tag,
+        source=f"{cited}: {table['source']}",
+        description=table["description"],
+        printed=table.get("printed", ""),
+    )
+
+
+def _disjoint(sources: Mapping[str, Source]) -> Mapping[str, Source]:
+    owner: dict[str, str] = {}
+    for source in sources.values():
+        for key in source.parameters:
+            if key in owner:
+                raise ValueError(f"{key} is given by {owner[key]}.toml and by {source.name}.toml; keep one")
+            owner[key] = source.name
+    return MappingProxyType(dict(sources))
+
+
+SOURCES: Mapping[str, Source] = _disjoint({name: _load_source(name) for name in _FILES})
+READINGS: Mapping[str, Reading] = MappingProxyType(_load_readings(SOURCES))
+PARAMETERS: Mapping[str, Parameter] = shipped()

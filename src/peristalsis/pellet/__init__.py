@@ -1,0 +1,1 @@
+"""The rigid pellet: its shape, contact with the wall, friction and motion."""

@@ -1,0 +1,1 @@
+"""Smooth-muscle sheets: cell models, conduction, and the step that joins them."""

@@ -1,0 +1,165 @@
+"""Plant's bursting cell: five currents and intracellular calcium, Eqs. (20)-(22).
+
+Source: R. E. Plant, J. Math. Biol. 11 (1981); BioModels BIOMD0000000304. Units: mV, ms, mS/cm^2, uA/cm^2.
+Gates are kept in the order h, n, x, c (c is calcium); m follows the potential at once.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...numerics.compiled import compiled
+
+Floats = NDArray[np.float64]
+
+GATES = ("h", "n", "x", "c")
+CONDUCTANCES = ("fast_calcium", "slow_calcium", "potassium", "calcium_potassium", "leak")
+FAST, SLOW, POTASSIUM, CALCIUM_POTASSIUM, LEAK = range(5)
+H, N, X, C = range(4)
+
+TABLE_LOW, TABLE_HIGH, TABLE_STEP = -200.0, 150.0, 0.05
+"""Range and spacing of the tables [mV]; linear between the entries."""
+
+
+class CellConstants(NamedTuple):
+    """Constants of the cell, the same in both layers; units as the parameter file states them."""
+
+    calcium_reversal: float
+    potassium_reversal: float
+    chloride_reversal: float
+    calcium_half_saturation: float
+    calcium_rate: float
+    calcium_influx: float
+    calcium_entry_potential: float
+    gate_time_factor: float
+    slow_gate_time: float
+    capacitance: float
+    kinetics_rate: float
+
+
+@compiled
+def _ratio(x: float, scale: float) -> float:
+    """x / (exp(x/scale) - 1), finite at x = 0."""
+    y = x / scale
+    if abs(y) < 1e-5:
+        return scale * (1.0 - 0.5 * y + y * y / 12.0)
+    return x / math.expm1(y)
+
+
+@compiled
+def fast_activation_cubed(v: float) -> float:
+    """m_infinity(V)^3, the activation of the fast calcium current."""
+    u = (127.0 * v + 8265.0) / 105.0
+    alpha = 0.1 * _ratio(50.0 - u, 10.0)
+    beta = 4.0 * math.exp((25.0 - u) / 18.0)
+    m = alpha / (alpha + beta)
+    return m * m * m
+
+
+@compiled
+def gate_targets(v: float, constants: CellConstants) -> tuple[float, float, float, float, float, float]:
+    """Steady values and rates [1/ms, before the tissue's rate factor] of h, n and x at potential v [mV]."""
+    u = (127.0 * v + 8265.0) / 105.0
+    alpha_h = 0.07 * math.exp((25.0 - u) / 20.0)
+    beta_h = 1.0 / (1.0 + math.exp((55.0 - u) / 10.0))
+    alpha_n = 0.01 * _ratio(55.0 - u, 10.0)
+    beta_n = 0.125 * math.exp((45.0 - u) / 80.0)
+    x_steady = 1.0 / (1.0 + math.exp(0.15 * (-v - 50.0)))
+    rate_h = alpha_h + beta_h
+    rate_n = alpha_n + beta_n
+    return (
+        alpha_h / rate_h,
+        rate_h / constants.gate_time_factor,
+        alpha_n / rate_n,
+        rate_n / constants.gate_time_factor,
+        x_steady,
+        1.0 / constants.slow_gate_time,
+    )
+
+
+@compiled
+def fill_row(v: float, dt: float, constants: CellConstants, row: np.ndarray) -> None:
+    """Steady values and decay factors over `dt` [ms] of h, n, x, and m^3, at v: one row of the table."""
+    h, rate_h, n, rate_n, x, rate_x = gate_targets(v, constants)
+    scaled = dt * constants.kinetics_rate
+    row[0] = h
+    row[1] = math.exp(-scaled * rate_h)
+    row[2] = n
+    row[3] = math.exp(-scaled * rate_n)
+    row[4] = x
+    row[5] = math.exp(-scaled * rate_x)
+    row[6] = fast_activation_cubed(v)
+    row[7] = 0.0
+
+
+@compiled
+def _fill_table(dt: float, constants: CellConstants, table: np.ndarray) -> None:
+    for i in range(table.shape[0]):
+        fill_row(TABLE_LOW + i * TABLE_STEP, dt, constants, table[i])
+
+
+def gate_table(dt: float, constants: CellConstants) -> Floats:
+    """Table of gate coefficients for steps of `dt` [ms], shape (7001, 8), over -200...150 mV.
+
+    Decay factors belong to one step length; steady values do not, so a cell at rest in one table is at rest in
+    every table made with the same constants.
+    """
+    rows = round((TABLE_HIGH - TABLE_LOW) / TABLE_STEP) + 1
+    table = np.zeros((rows, 8))
+    _fill_table(dt, constants, table)
+    return table
+
+
+@compiled
+def read_row(v: float, table: np.ndarray, exact: bool, dt: float, constants: CellConstants, row: np.ndarray) -> bool:
+    """Coefficients at v, interpolated from the table or computed (`exact`); False outside the table's range."""
+    if not (v > TABLE_LOW and v < TABLE_HIGH):
+        return False
+    if exact:
+        fill_row(v, dt, constants, row)
+        return True
+    position = (v - TABLE_LOW) * (1.0 / TABLE_STEP)
+    index = int(position)
+    fraction = position - index
+    for k in range(7):
+        low = table[index, k]
+        row[k] = low + fraction * (table[index + 1, k] - low)
+    return True
+
+
+@compiled
+def current_coefficients(
+    h: float, n: float, x: float, c: float, conductances: np.ndarray, node: int, constants: CellConstants
+) -> tuple[float, float, float]:
+    """(fast, slope, offset) with I_ion = fast*m^3*(V - V_Ca) + slope*V - offset at these gates, Eq. (21)."""
+    calcium = constants.calcium_reversal
+    slow = conductances[SLOW, node] * x
+    n2 = n * n
+    potassium = conductances[POTASSIUM, node] * n2 * n2
+    potassium += conductances[CALCIUM_POTASSIUM, node] * c / (constants.calcium_half_saturation + c)
+    leak = conductances[LEAK, node]
+    return (
+        conductances[FAST, node] * h,
+        slow + potassium + leak,
+        slow * calcium + potassium * constants.potassium_reversal + leak * constants.chloride_reversal,
+    )
+
+
+def currents(v: Floats, gates: Floats, conductances: Floats, constants: CellConstants) -> dict[str, Floats]:
+    """The five currents [uA/cm^2] by name; v: shape (n,), gates: (4, n), conductances: (5, n) [mS/cm^2]."""
+    h, n, x, c = gates
+    m3 = np.array([fast_activation_cubed(float(value)) for value in np.ravel(v)]).reshape(np.shape(v))
+    fast, slow, potassium, calcium_potassium, leak = conductances
+    to_calcium = v - constants.calcium_reversal
+    to_potassium = v - constants.potassium_reversal
+    return {
+        "fast_calcium": fast * m3 * h * to_calcium,
+        "slow_calcium": slow * x * to_calcium,
+        "potassium": potassium * n**4 * to_potassium,
+        "calcium_potassium": calcium_potassium * c / (constants.calcium_half_saturation + c) * to_potassium,
+        "leak": leak * (v - constants.chloride_reversal),
+    }

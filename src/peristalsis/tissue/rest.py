@@ -1,0 +1,91 @@
+"""The true resting state of a cell: solved for, and checked for stability, Eq. (23)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from .cells import plant
+from .cells.plant import CellConstants
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RestState:
+    """A steady state of the cell: potential [mV], gates h, n, x, c, and whether the cell stays there."""
+
+    potential: float
+    gates: tuple[float, float, float, float]
+    stable: bool
+
+
+def _steady_gates(v: float, table: Floats, exact: bool, constants: CellConstants) -> tuple[Floats, Floats]:
+    row = np.zeros(8)
+    plant.read_row(v, table, exact, 1.0, constants, row)
+    x = row[4]
+    c = constants.calcium_influx * x * (constants.calcium_entry_potential - v)
+    return np.array([row[0], row[2], x, c]), row
+
+
+def _steady_current(v: float, table: Floats, exact: bool, conductances: Floats, constants: CellConstants) -> float:
+    gates, row = _steady_gates(v, table, exact, constants)
+    fast, slope, offset = plant.current_coefficients(*gates, conductances, 0, constants)
+    return float(fast * row[6] * (v - constants.calcium_reversal) + slope * v - offset)
+
+
+def _derivative(state: Floats, conductances: Floats, constants: CellConstants) -> Floats:
+    v, h, n, x, c = state
+    h_steady, rate_h, n_steady, rate_n, x_steady, rate_x = plant.gate_targets(v, constants)
+    fast, slope, offset = plant.current_coefficients(h, n, x, c, conductances, 0, constants)
+    current = fast * plant.fast_activation_cubed(v) * (v - constants.calcium_reversal) + slope * v - offset
+    inflow = constants.calcium_influx * x * (constants.calcium_entry_potential - v)
+    return constants.kinetics_rate * np.array(
+        [
+            -current / constants.capacitance,
+            rate_h * (h_steady - h),
+            rate_n * (n_steady - n),
+            rate_x * (x_steady - x),
+            constants.calcium_rate * (inflow - c),
+        ]
+    )
+
+
+def _is_stable(state: Floats, conductances: Floats, constants: CellConstants) -> bool:
+    jacobian = np.empty((5, 5))
+    for k in range(5):
+        step = 1e-6 * max(1.0, abs(state[k]))
+        up, down = state.copy(), state.copy()
+        up[k] += step
+        down[k] -= step
+        slope = _derivative(up, conductances, constants) - _derivative(down, conductances, constants)
+        jacobian[:, k] = slope / (2.0 * step)
+    return bool(np.linalg.eigvals(jacobian).real.max() < 0.0)
+
+
+def rest_state(conductances: Floats, constants: CellConstants, table: Floats, exact: bool = False) -> RestState:
+    """The lowest steady state between -100 and 0 mV; `stable` says whether the cell stays on it.
+
+    conductances: the five maximal conductances [mS/cm^2], shape (5,), order of `plant.CONDUCTANCES`. The root is
+    found with the coefficients that the sheet uses (table or exact), so that the sheet starts without a twitch.
+    Raises ValueError when there is no steady state in the range.
+    """
+    column = np.ascontiguousarray(conductances, dtype=np.float64).reshape(5, 1)
+
+    def current(v: float) -> float:
+        return _steady_current(v, table, exact, column, constants)
+
+    scan = np.linspace(-100.0, 0.0, 2001)
+    values = np.array([current(v) for v in scan])
+    crossings = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
+    if crossings.size == 0:
+        raise ValueError("the cell has no steady state between -100 and 0 mV with these conductances")
+    k = int(crossings[0])
+    v = float(brentq(current, scan[k], scan[k + 1], xtol=1e-14, rtol=1e-15))
+    gates, _ = _steady_gates(v, table, exact, constants)
+    h, n, x, c = (float(value) for value in gates)
+    stable = _is_stable(np.array([v, h, n, x, c]), column, constants)
+    return RestState(v, (h, n, x, c), stable)

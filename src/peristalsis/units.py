@@ -1,0 +1,182 @@
+"""The edge: text with a unit in, plain floats inside, text with a unit out.
+
+A quantity is written as a number, a space and a unit: ``"0.9 cm"``.  The configuration stores the number in
+the canonical unit of its parameter.  The physics uses one system, mN, cm, s and mV, so a mass per area is in
+mN s^2/cm^3 and a pressure in mN/cm^2; `to_internal` goes from the one to the other by a table of factors.
+
+A unit that is spelled like the canonical one is read without any conversion, so that a number written by
+`format_quantity` comes back bit for bit.  Only a foreign unit loads pint.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from fractions import Fraction
+from functools import lru_cache
+from numbers import Real
+from typing import Any
+
+from peristalsis.errors import ConfigurationError, nearest, shown
+
+DIMENSIONLESS = "1"
+
+# Canonical unit -> factor to the system mN, cm, s, mV.  Electrical densities stay in the units of the cell
+# model (uA/cm^2, mS/cm^2, uF/cm^2), which agree with one another when the time is in ms.
+_INTERNAL = {
+    DIMENSIONLESS: 1.0,
+    "cm": 1.0,
+    "s": 1.0,
+    "ms": 1e-3,
+    "1/ms": 1e3,
+    "mV": 1.0,
+    "1/mV": 1.0,
+    "mN": 1.0,
+    "mN/cm": 1.0,
+    "mN*cm": 1.0,
+    "mN*s/cm": 1.0,
+    "mN/(cm*mV)": 1.0,
+    "kPa": 100.0,
+    "mg/cm^2": 1e-5,
+    "mS/cm": 1.0,
+    "mS/cm^2": 1.0,
+    "uA/cm^2": 1.0,
+    "uF/cm^2": 1.0,
+}
+CANONICAL_UNITS = tuple(_INTERNAL)
+
+# Offered when a unit is misspelled ("kpa").
+_FAMILIAR = (
+    *CANONICAL_UNITS[1:],
+    *("mm", "m", "um", "N", "uN", "N/m", "N*s/m", "mN*s/m", "Pa", "mbar", "mmHg", "cmH2O", "g/cm^2"),
+    *("kg/m^2", "V", "mS/m", "S/m", "min", "us", "1/s", "percent"),
+)
+
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+# One small exponent per name: a tower of powers would keep the conversion busy for ever.
+_UNIT = re.compile(r"(?:1(?![0-9])|[A-Za-z%_]+(?:2O)?(?:\^-?[1-4](?![0-9]))?|[*/()])+")
+_SPELLING = str.maketrans({"µ": "u", "μ": "u", "·": "*", "⋅": "*", "²": "^2", "³": "^3"})
+_LONGEST_TEXT = 80
+
+
+class QuantityError(ValueError):
+    """Why a value is not a quantity in the wanted unit; `parse` puts the key and the value in front of it."""
+
+
+def parse(value: object, unit: str, key: str) -> float:
+    """The number of `value` in `unit`; a ConfigurationError that names `key` when it has none.
+
+    Text must carry a unit unless the parameter is dimensionless (unit "1"); a bare number is accepted for
+    dimensionless parameters only.
+    """
+    try:
+        return read(value, unit)
+    except QuantityError as error:
+        raise ConfigurationError(f"{key} = {shown(value)}: {error}") from None
+
+
+def read(value: object, unit: str) -> float:
+    """As `parse`, with a QuantityError that holds cause and fix only."""
+    if isinstance(value, str):
+        return _read_text(value, unit)
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise QuantityError(f"a {type(value).__name__} is not a quantity; {_write(unit)}")
+    if unit != DIMENSIONLESS:
+        raise QuantityError(f"the unit is missing; {_write(unit)}")
+    try:
+        return _finite(float(value), unit)
+    except (OverflowError, ValueError):
+        raise QuantityError(f"the number is too large; {_write(unit)}") from None
+
+
+def format_quantity(value: float, unit: str) -> str:
+    """The shortest text that `read` turns back into exactly this number."""
+    number = repr(float(value))
+    return number if unit == DIMENSIONLESS else f"{number} {unit}"
+
+
+def to_internal(value: float, unit: str) -> float:
+    """`value`, given in a canonical unit, in the system mN, cm, s, mV (1 kPa = 100 mN/cm^2, 1 ms = 1e-3 s).
+
+    The cell model runs on its own clock in ms and takes its rates and times as they are stored.
+    """
+    try:
+        return value * _INTERNAL[unit]
+    except KeyError:
+        raise ConfigurationError(
+            f"unit {shown(unit)} has no internal factor; {_suggest_unit(unit, CANONICAL_UNITS)}"
+        ) from None
+
+
+def _read_text(text: str, unit: str) -> float:
+    if len(text) > _LONGEST_TEXT:
+        raise QuantityError(f"{len(text)} characters are too many for a quantity; {_write(unit)}")
+    stripped = text.strip()
+    found = _NUMBER.match(stripped)
+    if found is None:
+        raise QuantityError(f"it does not begin with a finite number; {_write(unit)}")
+    digits = found.group()
+    number = _finite(float(digits), unit)
+    given = _spelling(stripped[found.end() :])
+    if not given and unit != DIMENSIONLESS:
+        raise QuantityError(f"the unit is missing; {_write(unit)}")
+    if not given or given == _spelling(unit):
+        return number
+    if number == 0.0:
+        _factor(given, unit)
+        return 0.0
+    # Exact until the last step: "7 mm" is the float 0.7 cm, not 0.7000000000000001.
+    try:
+        converted = float(Fraction(digits) * _factor(given, unit))
+    except OverflowError:
+        raise QuantityError(f"the number is too large in {unit}; {_write(unit)}") from None
+    return _finite(converted, unit)
+
+
+def _finite(number: float, unit: str) -> float:
+    if not math.isfinite(number):
+        raise QuantityError(f"it is not a finite number; {_write(unit)}")
+    return number + 0.0  # no negative zero
+
+
+def _spelling(unit: str) -> str:
+    plain = unit.strip().translate(_SPELLING).replace("**", "^")
+    plain = re.sub(r"\s*([*/()^])\s*", r"\1", plain)
+    plain = re.sub(r"([A-Za-z])([23])(?![0-9A-Za-z])", r"\1^\2", plain)  # "cm2", but not "cmH2O"
+    return re.sub(r"\s+", "*", plain)
+
+
+@lru_cache(maxsize=512)
+def _factor(given: str, unit: str) -> Fraction:
+    """Exact factor from a foreign unit to a canonical one."""
+    if not _UNIT.fullmatch(given):
+        raise QuantityError(f"{shown(given)} is not a unit; {_write(unit)}")
+    registry = _registry()
+    wanted = registry.dimensionless if unit == DIMENSIONLESS else registry.parse_units(unit)
+    try:
+        parsed = registry.parse_units(given)
+    # pint raises its own errors and, for odd text, those of its tokenizer and of arithmetic.
+    except Exception:
+        raise QuantityError(f"unit {shown(given)} is unknown; {_suggest_unit(given, _FAMILIAR)}") from None
+    try:
+        return Fraction(registry.Quantity(Fraction(1), parsed).to(wanted).magnitude)
+    except Exception:
+        raise QuantityError(f"unit {given} cannot be converted to {unit}; {_write(unit)}") from None
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    import pint  # 0.5 s, and most configurations never need it
+
+    return pint.UnitRegistry(non_int_type=Fraction)
+
+
+def _suggest_unit(unit: str, known: tuple[str, ...]) -> str:
+    near = nearest(unit, known)
+    return f"did you mean {near}?" if near else f"known are, for example, {', '.join(known[1:6])}"
+
+
+def _write(unit: str) -> str:
+    if unit == DIMENSIONLESS:
+        return "give a bare number, for example 0.5"
+    return f"give a number with a unit that converts to {unit}, for example '0.9 {unit}'"

@@ -1,0 +1,1 @@
+"""The nonlinear soft shell: passive and active tension, kinematics, residual and tangent."""

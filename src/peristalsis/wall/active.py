@@ -1,0 +1,24 @@
+"""Active tension of a muscle layer, Eqs. (5) and (19)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..numerics.compiled import compiled
+
+
+class ActiveConstants(NamedTuple):
+    """Parabola of Eq. (5): c7, c8, c9 in mN/(cm mV)."""
+
+    c7: float
+    c8: float
+    c9: float
+
+
+@compiled
+def active_tension(stretch: float, c: ActiveConstants) -> tuple[float, float]:
+    """Active tension per mV of depolarisation and its derivative by the stretch [mN/(cm mV)], never negative."""
+    value = (c.c7 * stretch + c.c8) * stretch + c.c9
+    if value <= 0.0:
+        return 0.0, 0.0
+    return value, 2.0 * c.c7 * stretch + c.c8
