@@ -1,1 +1,57 @@
-"""Electromechanical model of colonic propulsion: waves, wall, pellet."""
+"""Electromechanical model of colonic propulsion: waves in two muscle layers, a soft wall, a pellet.
+
+>>> import peristalsis as ps
+>>> result = ps.run("baseline", {"pellet.viscous_friction": "120 mN*s/cm"})
+>>> result.summary["transit_s"], result.dataset, result.plot.diameter_map()
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from ._version import __version__
+
+if TYPE_CHECKING:
+    from .config import Configuration
+    from .errors import PeristalsisError
+    from .result import Result, load
+    from .runner import run
+    from .scenarios import configuration
+    from .scenarios import names as scenario_names
+    from .simulation import Simulation
+
+__all__ = [
+    "Configuration",
+    "PeristalsisError",
+    "Result",
+    "Simulation",
+    "__version__",
+    "configuration",
+    "load",
+    "run",
+    "scenario_names",
+]
+
+_HOMES = {
+    "Configuration": ("config", "Configuration"),
+    "PeristalsisError": ("errors", "PeristalsisError"),
+    "Result": ("result", "Result"),
+    "Simulation": ("simulation", "Simulation"),
+    "configuration": ("scenarios", "configuration"),
+    "load": ("result", "load"),
+    "run": ("runner", "run"),
+    "scenario_names": ("scenarios", "names"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import the public names on first use: `import peristalsis` stays fast."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'peristalsis' has no attribute {name!r}")
+    module, attribute = _HOMES[name]
+    return getattr(importlib.import_module(f".{module}", __name__), attribute)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..numerics.transfer import Overlap, overlap
+from ..numerics.transfer import Overlap, interpolation, overlap
 
 Floats = NDArray[np.float64]
 
@@ -53,17 +53,20 @@ class Grid:
         return np.linspace(0.0, self.length, self.n_z + 1)
 
     @cached_property
-    def cells_to_nodes(self) -> Overlap:
-        """Averages of cell values over the tributary length of each wall node."""
-        middle = 0.5 * (self.nodes[1:] + self.nodes[:-1])
-        return overlap(self._cell_edges, np.concatenate(([0.0], middle, [self.length])))
+    def cells_to_half_elements(self) -> Overlap:
+        """Averages of cell values over the halves of the wall elements: one half for each corner."""
+        return overlap(self._cell_edges, np.linspace(0.0, self.length, 2 * self.n_z_wall + 1))
 
     @cached_property
     def elements_to_cells(self) -> Overlap:
-        """Averages of element values over each conduction cell."""
-        return overlap(self.nodes, self._cell_edges)
+        """Element values at the conduction cells, linear between element centres."""
+        return interpolation(self._element_centres, self.cells)
 
     @cached_property
     def elements_to_faces(self) -> Overlap:
-        """Averages of element values between neighbouring cell centres, for the n_z - 1 inner faces."""
-        return overlap(self.nodes, self.cells)
+        """Element values at the n_z - 1 inner faces of the conduction cells, linear between element centres."""
+        return interpolation(self._element_centres, self._cell_edges[1:-1])
+
+    @cached_property
+    def _element_centres(self) -> Floats:
+        return 0.5 * (self.nodes[1:] + self.nodes[:-1])

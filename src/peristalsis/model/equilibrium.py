@@ -21,18 +21,19 @@ from ..wall.membrane import HALF_WIDTH, WallConstants, assemble_pressure, assemb
 
 TENSION_SCALE = 10.0
 """Tension against which force residuals are measured [mN/cm], about p0 r0."""
-GAP_SCALE = 1.0e3
-"""Stiffness that turns a gap into a force residual in the merit of the line search [mN/cm^3]."""
+GAP_SCALE = 1.0e5
+"""Weight of an open gap in the merit of the line search [mN/cm^3]: heavy, or a nearly slack wall refuses contact."""
+GAP_TOLERANCE = 1.0e3
+"""Stiffness that measures a gap left over as a force, against the tolerance [mN/cm^3]."""
 ROUNDOFF = 16.0 * 2.0**-52
-SMALLEST_STEP = 1.0 / 64.0
+SMALLEST_STEP = 1.0 / 16.0
 MEMORY = 4
 """The line search asks for less than the largest of this many last merits."""
 
-CONVERGED, NOT_CONVERGED, LINE_SEARCH_FAILED, SINGULAR, OUT_OF_RANGE = 0, 1, 2, 3, 4
+CONVERGED, NOT_CONVERGED, SINGULAR, OUT_OF_RANGE = range(4)
 REASONS = (
     "converged",
     "Newton iteration limit reached",
-    "line search failed",
     "singular tangent (static instability of the wall)",
     "stretch out of range",
 )
@@ -120,6 +121,9 @@ def solve_equilibrium(
     length = 1.0
     merit = math.inf
     iteration = 0
+    best_merit = math.inf
+    best_length = 1.0
+    settled = False
     while True:
         # Residual and tangent at the trial state.
         residual[:] = 0.0
@@ -170,10 +174,11 @@ def solve_equilibrium(
                     wall_velocity += friction_weight[i] * (zeta[i] - history[1, i]) * step.slope
                     if touching[i]:
                         error = GAP_SCALE * abs(gap[i]) / TENSION_SCALE
+                        worst = max(worst, GAP_TOLERANCE * abs(gap[i]) / TENSION_SCALE)
                     else:
                         error = wall.radius * abs(density[i]) / TENSION_SCALE
+                        worst = max(worst, error)
                     total += error * error
-                    worst = max(worst, error)
             for k in range(size):
                 error = abs(residual[k]) / unit
                 total += error * error
@@ -192,7 +197,7 @@ def solve_equilibrium(
             for error in (
                 abs(r_pressure) * wall.radius / TENSION_SCALE,
                 abs(r_force) / (circumference * TENSION_SCALE),
-                abs(r_centre) * GAP_SCALE / TENSION_SCALE,
+                abs(r_centre) * GAP_TOLERANCE / TENSION_SCALE,
             ):
                 total += error * error
                 worst = max(worst, error)
@@ -200,14 +205,22 @@ def solve_equilibrium(
         merit = math.sqrt(total) if ok else math.inf
         if ok and worst <= tolerance:
             return CONVERGED, iteration, merit
-        # Line search: shorten the last update until the merit falls below the largest of the last ones.
+        # Line search: shorten the last update until the merit falls below the largest of the last ones. Where a
+        # kink (slack, contact, sticking) lets no length pass, go on with the best one; only a small residual ends
+        # the iteration.
         highest = 0.0
         for m in merits:
             highest = max(highest, m)
-        if iteration > 0 and not (ok and merit <= (1.0 - 1e-4 * length) * highest):
+        if iteration > 0 and not settled and not (ok and merit <= (1.0 - 1e-4 * length) * highest):
+            if merit < best_merit:
+                best_merit = merit
+                best_length = length
             length *= 0.5
             if length < SMALLEST_STEP:
-                return (LINE_SEARCH_FAILED if ok else OUT_OF_RANGE), iteration, merit
+                if not math.isfinite(best_merit):
+                    return OUT_OF_RANGE, iteration, merit
+                length = best_length
+                settled = True
             for i in range(n):
                 rho[i] = old_rho[i] + length * right[2 * i, 0]
                 zeta[i] = old_zeta[i] + length * right[2 * i + 1, 0]
@@ -222,6 +235,8 @@ def solve_equilibrium(
         merits[iteration % MEMORY] = merit
         if iteration == 0:
             merits[:] = merit
+        best_merit = math.inf
+        settled = False
         # Condense the contact, border the band, solve.
         border[:, :] = 0.0
         force_row[:] = 0.0

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..wall.membrane import TOTAL_LONGITUDINAL, WallConstants, element_stretch, wall_tension
+from ..wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL, WallConstants, element_stretch, wall_tension
 from .state import WallState
 
 Floats = NDArray[np.float64]
@@ -75,8 +75,10 @@ def contact_pressure(wall: WallState, constants: WallConstants) -> Floats:
     return wall.contact / (stretch * wall.position[:, :, 0] / constants.radius)
 
 
-def end_reactions(wall: WallState, constants: WallConstants, pressure: float) -> tuple[float, float]:
-    """Axial force through the wall and its lumen at the oral and the anal end [mN], tube in tension positive.
+def end_reactions(wall: WallState, constants: WallConstants, pressure: float) -> tuple[float, float, float]:
+    """Axial force through wall and lumen at the oral and the anal end [mN], tension positive, and the slack share.
+
+    The slack share is that of the corners where the longitudinal or the circumferential tension is not positive.
 
     The force on the first and last element corner along z, wall tension minus the pressure's share: on any free
     stretch without contact the sum is constant along z, so the difference of the ends is the pellet's force.
@@ -95,7 +97,8 @@ def end_reactions(wall: WallState, constants: WallConstants, pressure: float) ->
         a, b = hoops
         lumen = pressure * math.pi / 3.0 * float(a * a + a * b + b * b)
         forces.append(2.0 * math.pi * constants.radius * tension - lumen)
-    return forces[0], forces[1]
+    slack = np.minimum(corners[..., TOTAL_LONGITUDINAL], corners[..., TOTAL_CIRCULAR]) <= constants.slack_blend
+    return forces[0], forces[1], float(slack.mean())
 
 
 def _bending_reaction(position: Floats, constants: WallConstants, node: int) -> float:

@@ -52,7 +52,7 @@ def initial_state(model: Model) -> tuple[Model, State, list[str]]:
         contact=np.repeat(contact[:, None], shape[1], axis=1),
         stretch_rate=np.zeros((shape[0] - 1, shape[1])),
         hoop_rate=np.zeros(shape),
-        drive=np.zeros((2, *shape)),
+        drive=np.zeros((2, 2 * model.grid.n_z_wall, shape[1])),
         step_before=0.0,
     )
     state = State(
@@ -107,6 +107,7 @@ def _inflate_and_insert(model: Model) -> tuple[Floats, Floats, Floats, float]:
     rho, zeta, contact = np.full(n, wall.radius), nodes.copy(), np.zeros(n)
     scalars = np.array([pressure, model.start_position, 0.0])
     fixed, none, still = np.zeros((2, n)), np.zeros(n), np.zeros((2, n))
+    passive = np.zeros(2 * n - 2)
 
     def settle(radius: float) -> int:
         """Equilibrium with a pellet of this radius held in place (none if 0) at constant pressure."""
@@ -122,8 +123,8 @@ def _inflate_and_insert(model: Model) -> tuple[Floats, Floats, Floats, float]:
             still,
             np.ones(n - 1),
             np.ones(n),
-            none,
-            none,
+            passive,
+            passive,
             none,
             step,
             wall,
@@ -172,6 +173,7 @@ def _insert(model: Model, free: Floats, settle, arrays: tuple[Floats, ...]) -> N
     """Grow the pellet from just below the free radius to its own, in steps that shrink where they fail."""
     target = model.pellet.radius
     radius = min(target, float(free.max()) - 1e-3)
+    reached = float(free.min())
     step = 0.02
     kept = [a.copy() for a in arrays]
     code = settle(radius)

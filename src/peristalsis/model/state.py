@@ -33,8 +33,8 @@ class WallState:
     velocity: of (rho, vartheta, zeta) at both times. contact: force density per undeformed area [mN/cm^2],
     (n_z_wall + 1, n_theta). step_before: length of the step between the two positions [s], 0 at the start.
     stretch_rate: of the elements along z [1/s], (n_z_wall, n_theta); hoop_rate: of the nodes, (n_z_wall + 1, n_theta).
-    drive: force factor times phi+ of the longitudinal and the circular layer at the nodes [mV], (2, n_z_wall + 1,
-    n_theta). The last three are those that the present tensions were computed with.
+    drive: force factor times phi+ of the longitudinal and the circular layer of the half elements [mV], (2,
+    2 * n_z_wall, n_theta). The last three are those that the present tensions were computed with.
     """
 
     position: Floats

@@ -66,10 +66,10 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
 
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
-    """Force factor times phi+ [mV] at the wall nodes, Eqs. (19) and (33): the mean over each node's share."""
+    """Force factor times phi+ [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
     source = layer.force_factor * np.maximum(sheet.potential - layer.threshold, 0.0)
-    target = np.empty((model.grid.n_z_wall + 1, model.grid.n_theta))
-    average(model.grid.cells_to_nodes, source, target)
+    target = np.empty((2 * model.grid.n_z_wall, model.grid.n_theta))
+    average(model.grid.cells_to_half_elements, source, target)
     return target
 
 

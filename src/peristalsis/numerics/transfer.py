@@ -43,6 +43,18 @@ def overlap(source_edges: Floats, target_edges: Floats) -> Overlap:
     return Overlap(np.array(start, np.int64), np.array(indices, np.int64), np.array(weights, np.float64))
 
 
+def interpolation(source: Floats, target: Floats) -> Overlap:
+    """Weights that interpolate linearly between increasing source points, constant beyond the first and last."""
+    position = np.clip(np.interp(target, source, np.arange(source.size)), 0.0, source.size - 1.0)
+    left = np.minimum(position.astype(np.int64), source.size - 2)
+    share = position - left
+    return Overlap(
+        2 * np.arange(target.size + 1, dtype=np.int64),
+        np.stack([left, left + 1], axis=1).ravel(),
+        np.stack([1.0 - share, share], axis=1).ravel(),
+    )
+
+
 @compiled
 def average(weights: Overlap, source: np.ndarray, target: np.ndarray) -> None:
     """Write the average of `source` (shape (n_source, n_theta)) over each target cell into `target`."""

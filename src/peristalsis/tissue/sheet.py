@@ -17,35 +17,6 @@ from .conduction import diffuse, fill_ghosts
 
 
 @compiled
-def _relax_gates(
-    padded: np.ndarray,
-    first: int,
-    gates: np.ndarray,
-    table: np.ndarray,
-    exact: bool,
-    dt: float,
-    constants: CellConstants,
-    cubed: np.ndarray,
-) -> int:
-    """Relax all gates over dt [ms] at the present potential; returns the first cell out of range, or -1."""
-    row = np.empty(8)
-    calcium_decay = math.exp(-dt * constants.kinetics_rate * constants.calcium_rate)
-    for k in range(cubed.size):
-        v = padded[first + k]
-        if not plant.read_row(v, table, exact, dt, constants, row):
-            return k
-        x = gates[2, k]
-        x_new = row[4] + (x - row[4]) * row[5]
-        gates[0, k] = row[0] + (gates[0, k] - row[0]) * row[1]
-        gates[1, k] = row[2] + (gates[1, k] - row[2]) * row[3]
-        gates[2, k] = x_new
-        inflow = constants.calcium_influx * 0.5 * (x + x_new) * (constants.calcium_entry_potential - v)
-        gates[3, k] = inflow + (gates[3, k] - inflow) * calcium_decay
-        cubed[k] = row[6]
-    return -1
-
-
-@compiled
 def advance_sheet(
     potential: np.ndarray,
     gates: np.ndarray,
@@ -76,56 +47,61 @@ def advance_sheet(
     first = 2 * n_theta
     padded = np.empty(size + 4 * n_theta)
     middle = np.empty(size + 4 * n_theta)
+    v_now = padded[first : first + size]
+    v_middle = middle[first : first + size]
     flux = np.zeros(size + 3 * n_theta)
-    rate = np.empty(size)
+    rate = np.zeros(size)
     cubed = np.empty(size)
     fast = np.empty(size)
     slope = np.empty(size)
     offset = np.empty(size)
     conducts = coefficient.size == size - n_theta and size > n_theta
-    row = np.empty(8)
-    scale = constants.kinetics_rate / constants.capacitance
+    scale = dt * constants.kinetics_rate / constants.capacitance
+    per_capacitance = dt / constants.capacitance
     calcium = constants.calcium_reversal
-    padded[first : first + size] = potential
+    v_now[:] = potential
+    bad = plant.out_of_range(v_now)
+    if bad >= 0:
+        return bad
+    plant.relax_gates(v_now, gates, half_table, exact, 0.5 * dt, constants, cubed)
     for step in range(n_steps):
-        if step == 0:
-            bad = _relax_gates(padded, first, gates, half_table, exact, 0.5 * dt, constants, cubed)
-        else:
-            bad = _relax_gates(padded, first, gates, table, exact, dt, constants, cubed)
-        if bad >= 0:
-            return bad
         if conducts:
             fill_ghosts(padded, n_theta)
             diffuse(padded, coefficient, flux, rate, n_theta)
-        else:
-            rate[:] = 0.0
         for k in range(size):
             f, s, o = plant.current_coefficients(
                 gates[0, k], gates[1, k], gates[2, k], gates[3, k], conductances, k, constants
             )
-            fast[k] = f * scale
-            opened = shunt[k] / constants.capacitance
-            slope[k] = s * scale + opened
-            offset[k] = o * scale + drive[k] / constants.capacitance + opened * constants.potassium_reversal
-            v = padded[first + k]
-            middle[first + k] = v + 0.5 * dt * (
-                rate[k] - fast[k] * cubed[k] * (v - calcium) - slope[k] * v + offset[k]
-            )
+            opened = per_capacitance * shunt[k]
+            fast[k] = scale * f
+            slope[k] = scale * s + opened
+            offset[k] = scale * o + per_capacitance * drive[k] + opened * constants.potassium_reversal
+            v = v_now[k]
+            change = dt * rate[k] - fast[k] * cubed[k] * (v - calcium) - slope[k] * v + offset[k]
+            v_middle[k] = v + 0.5 * change
+        bad = plant.out_of_range(v_middle)
+        if bad >= 0:
+            return bad
         if conducts:
             fill_ghosts(middle, n_theta)
             diffuse(middle, coefficient, flux, rate, n_theta)
+        plant.activation_cubed(v_middle, table, exact, cubed)
         for k in range(size):
-            v = middle[first + k]
-            if not plant.read_row(v, table, exact, dt, constants, row):
-                return k
-            change = dt * (rate[k] - fast[k] * row[6] * (v - calcium) - slope[k] * v + offset[k])
-            old = padded[first + k]
+            v = v_middle[k]
+            change = dt * rate[k] - fast[k] * cubed[k] * (v - calcium) - slope[k] * v + offset[k]
+            old = v_now[k]
             new = old + change
-            padded[first + k] = new
-            if old < activation_level <= new:
+            v_now[k] = new
+            if old < activation_level and new >= activation_level:
                 last_activation[k] = time + dt * (step + (activation_level - old) / change)
                 if math.isnan(first_activation[k]):
                     first_activation[k] = last_activation[k]
-    bad = _relax_gates(padded, first, gates, half_table, exact, 0.5 * dt, constants, cubed)
-    potential[:] = padded[first : first + size]
-    return bad
+        bad = plant.out_of_range(v_now)
+        if bad >= 0:
+            return bad
+        if step < n_steps - 1:
+            plant.relax_gates(v_now, gates, table, exact, dt, constants, cubed)
+        else:
+            plant.relax_gates(v_now, gates, half_table, exact, 0.5 * dt, constants, cubed)
+    potential[:] = v_now
+    return -1

@@ -106,7 +106,7 @@ def assemble_wall(
     """Internal forces of the wall and their tangent, added into `residual` (2n,) and `matrix` (2n, 11).
 
     rho, zeta: nodes [cm], (n,). Histories: stretches of element and node from which rates are formed, Eq. (32).
-    Drives at nodes [mV]. Unknown 2i is rho, 2i+1 zeta of node i. False when a trial state is out of range.
+    Drives of half elements [mV], (2n - 2,): each corner has its own. Unknown 2i is rho, 2i+1 zeta of node i. False when a trial state is out of range.
     """
     n = rho.size
     h = c.element_size
@@ -139,8 +139,8 @@ def assemble_wall(
                 rate_l,
                 (hoop - hoop_history[i]) * rate_slope,
                 rate_slope,
-                drive_longitudinal[i],
-                drive_circular[i],
+                drive_longitudinal[2 * e + corner],
+                drive_circular[2 * e + corner],
                 c,
             )
             axial += half * nl
@@ -310,8 +310,8 @@ def wall_tension(
                 rho[i] / c.radius,
                 stretch_rate[e],
                 hoop_rate[i],
-                drive_longitudinal[i],
-                drive_circular[i],
+                drive_longitudinal[2 * e + corner],
+                drive_circular[2 * e + corner],
                 c,
                 corners[e, corner],
             )

@@ -23,6 +23,7 @@ H, N, X, C = range(4)
 
 TABLE_LOW, TABLE_HIGH, TABLE_STEP = -200.0, 150.0, 0.05
 """Range and spacing of the tables [mV]; linear between the entries."""
+PER_STEP = 1.0 / TABLE_STEP
 
 
 class CellConstants(NamedTuple):
@@ -122,13 +123,94 @@ def read_row(v: float, table: np.ndarray, exact: bool, dt: float, constants: Cel
     if exact:
         fill_row(v, dt, constants, row)
         return True
-    position = (v - TABLE_LOW) * (1.0 / TABLE_STEP)
+    position = (v - TABLE_LOW) * PER_STEP
     index = int(position)
     fraction = position - index
     for k in range(7):
         low = table[index, k]
         row[k] = low + fraction * (table[index + 1, k] - low)
     return True
+
+
+@compiled
+def out_of_range(v: np.ndarray) -> int:
+    """Index of the first potential outside the table (or not a number), -1 if there is none."""
+    low = math.inf
+    high = -math.inf
+    for k in range(v.size):
+        low = min(low, v[k])
+        high = max(high, v[k])
+    if low > TABLE_LOW and high < TABLE_HIGH and math.isfinite(v.sum()):
+        return -1
+    for k in range(v.size):
+        if not (v[k] > TABLE_LOW and v[k] < TABLE_HIGH):
+            return k
+    return -1
+
+
+@compiled
+def relax_gates(
+    v: np.ndarray,
+    gates: np.ndarray,
+    table: np.ndarray,
+    exact: bool,
+    dt: float,
+    constants: CellConstants,
+    cubed: np.ndarray,
+) -> None:
+    """Relax h, n, x, c over dt [ms] at held potentials (in range), and leave m^3 at these in `cubed`."""
+    calcium_decay = math.exp(-dt * constants.kinetics_rate * constants.calcium_rate)
+    influx = 0.5 * constants.calcium_influx
+    entry = constants.calcium_entry_potential
+    if exact:
+        row = np.empty(8)
+        for k in range(v.size):
+            fill_row(v[k], dt, constants, row)
+            x = gates[2, k]
+            gates[0, k] = row[0] + (gates[0, k] - row[0]) * row[1]
+            gates[1, k] = row[2] + (gates[1, k] - row[2]) * row[3]
+            gates[2, k] = row[4] + (x - row[4]) * row[5]
+            inflow = influx * (x + gates[2, k]) * (entry - v[k])
+            gates[3, k] = inflow + (gates[3, k] - inflow) * calcium_decay
+            cubed[k] = row[6]
+        return
+    flat = table.ravel()
+    for k in range(v.size):
+        position = (v[k] - TABLE_LOW) * PER_STEP
+        index = int(position)
+        f = position - index
+        g = 1.0 - f
+        i = 8 * index
+        h_steady = g * flat[i] + f * flat[i + 8]
+        h_decay = g * flat[i + 1] + f * flat[i + 9]
+        n_steady = g * flat[i + 2] + f * flat[i + 10]
+        n_decay = g * flat[i + 3] + f * flat[i + 11]
+        x_steady = g * flat[i + 4] + f * flat[i + 12]
+        x_decay = g * flat[i + 5] + f * flat[i + 13]
+        cubed[k] = g * flat[i + 6] + f * flat[i + 14]
+        x = gates[2, k]
+        x_new = x_steady + (x - x_steady) * x_decay
+        gates[0, k] = h_steady + (gates[0, k] - h_steady) * h_decay
+        gates[1, k] = n_steady + (gates[1, k] - n_steady) * n_decay
+        gates[2, k] = x_new
+        inflow = influx * (x + x_new) * (entry - v[k])
+        gates[3, k] = inflow + (gates[3, k] - inflow) * calcium_decay
+
+
+@compiled
+def activation_cubed(v: np.ndarray, table: np.ndarray, exact: bool, cubed: np.ndarray) -> None:
+    """m_infinity^3 at every potential (in range) into `cubed`."""
+    if exact:
+        for k in range(v.size):
+            cubed[k] = fast_activation_cubed(v[k])
+        return
+    flat = table.ravel()
+    for k in range(v.size):
+        position = (v[k] - TABLE_LOW) * PER_STEP
+        index = int(position)
+        f = position - index
+        i = 8 * index
+        cubed[k] = (1.0 - f) * flat[i + 6] + f * flat[i + 14]
 
 
 @compiled

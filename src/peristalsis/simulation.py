@@ -1,0 +1,185 @@
+"""A run in progress: advanced by hand, or to its end. The loop knows no equation."""
+
+from __future__ import annotations
+
+import math
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from . import units
+from .build import build
+from .config import Configuration
+from .errors import ConfigurationError, DivergenceError, InterruptedRun
+from .model.initial import initial_state
+from .model.state import PelletState, State
+from .model.step import advance
+from .observers import Callback, Expulsion, FieldRecorder, Observer, ProbeRecorder, ScalarRecorder
+from .result import Result, summarise
+from .warm_up import warm_up
+
+ARREST_WINDOW = 1.0
+ARREST_SPEED = 0.01
+"""A pellet is arrested when it was slower than 0.01 cm/s (0.1 mm/s) on the mean of the last second."""
+
+
+class Simulation:
+    """One run that can be advanced piece by piece.
+
+    configuration: a Configuration. observers: more of them, called after the recorders. progress: called with
+    (simulated time [s], pellet position [cm]) after every step. Raises DivergenceError if the tube cannot be
+    inflated or hold the pellet.
+    """
+
+    def __init__(
+        self,
+        configuration: Configuration,
+        observers: tuple[Observer, ...] = (),
+        progress: Callable[[float, float], None] | None = None,
+    ) -> None:
+        self.configuration = configuration
+        self.compile_seconds = warm_up()
+        self.model, self.state, self.remarks = initial_state(build(configuration))
+        dt = self.model.dt_wall
+        every = max(1, round(configuration.output.interval / dt))
+        cell = self.model.grid.cell_size
+        probes = np.array(configuration.output.probes, dtype=float)
+        cells = np.clip((probes / cell).astype(np.int64), 0, self.model.grid.n_z - 1)
+        self._scalars = ScalarRecorder()
+        self._fields = FieldRecorder(every)
+        self._probes = ProbeRecorder(cells)
+        self._expulsion = Expulsion(configuration.run.stop_when_expelled)
+        self._observers: list[Observer] = [self._scalars, self._fields, self._probes, self._expulsion, *observers]
+        if progress is not None:
+            self._observers.append(Callback(progress))
+        self.stopped: str | None = None
+        self.error: str | None = None
+        self.failure: DivergenceError | InterruptedRun | None = None
+        self._target = 0.0
+        self._solver_seconds = 0.0
+        for observer in self._observers:
+            observer.start(self.model, self.state)
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]: the integer step times the step."""
+        return self.state.step * self.model.dt_wall
+
+    @property
+    def pellet(self) -> PelletState:
+        """Position [cm], velocity [cm/s] and axial force [mN] of the pellet now."""
+        return self.state.pellet
+
+    def advance(self, duration: str) -> State:
+        """Advance by a time such as "0.1 s" or "50 ms" and return the state.
+
+        Whole steps only: the steps are those of an uninterrupted run whatever the pieces, and what is left of a
+        piece is kept for the next. Raises DivergenceError (the history stays) and ConfigurationError (bad time).
+        """
+        seconds = units.parse(duration, "s", "advance")
+        if seconds <= 0.0:
+            raise ConfigurationError(f"advance = {seconds:g} s is not a step forward; give a positive time")
+        self._target += seconds
+        self._advance_to(self._target)
+        return self.state
+
+    def run(self) -> Result:
+        """Advance to the end and return the result; a run that breaks off returns its history and says why."""
+        try:
+            self._advance_to(self.configuration.run.duration)
+        except (DivergenceError, InterruptedRun) as error:
+            self.failure = error
+            self.error = str(error)
+        return self.result()
+
+    def _advance_to(self, target: float) -> None:
+        last = math.floor(target / self.model.dt_wall + 1e-9)
+        with _stop_at_signals() as stopped:
+            while self.state.step < last and self.stopped is None:
+                if stopped():
+                    raise InterruptedRun(
+                        f"interrupted at t = {self.time:.6g} s; the history up to there is kept"
+                    )
+                self._step()
+
+    def _step(self) -> None:
+        before = self.state
+        begin = time.perf_counter()
+        after, report = advance(self.model, before)
+        self._solver_seconds += time.perf_counter() - begin
+        self.state = after
+        for observer in self._observers:
+            reason = observer.see(self.model, before, after, report)
+            if reason is not None and self.stopped is None:
+                self.stopped = reason
+
+    def result(self) -> Result:
+        """The result so far."""
+        self._fields.finish(self.model, self.state)
+        arrays = self._arrays()
+        cost = {"solver_wall_s": self._solver_seconds, "compile_wall_s": self.compile_seconds}
+        summary = summarise(
+            self.configuration,
+            arrays,
+            self._status(arrays),
+            self.error,
+            self._expulsion.time,
+            self._scalars.absolute_work,
+            cost,
+        )
+        return Result(self.configuration, summary, arrays, tuple(self.remarks))
+
+    def _status(self, arrays: Mapping[str, Any]) -> str:
+        if self.failure is not None:
+            return self.failure.status
+        if not self.configuration.pellet.enabled:
+            return "finished"
+        if self._expulsion.time is not None:
+            return "expelled"
+        time, position = arrays["time_step"], arrays["pellet_position"]
+        since = max(time[0], time[-1] - ARREST_WINDOW)
+        moved = position[-1] - float(np.interp(since, time, position))
+        slow = abs(moved) < ARREST_SPEED * (time[-1] - since)
+        return "arrested" if slow and time[-1] > since else "in_transit"
+
+    def _arrays(self) -> dict[str, Any]:
+        grid, dt = self.model.grid, self.model.dt_wall
+        steps = np.array(self._fields.steps)
+        arrays: dict[str, Any] = {
+            "time": steps * dt,
+            "time_step": np.arange(len(self._scalars.rows)) * dt,
+            "z": grid.nodes,
+            "z_cell": grid.cells,
+            "theta": 2.0 * np.pi * np.arange(grid.n_theta) / grid.n_theta,
+            "probe": grid.cells[self._probes.cells],
+            "activation_longitudinal": self.state.longitudinal.first_activation * 1e-3,
+            "activation_circular": self.state.circular.first_activation * 1e-3,
+        }
+        arrays |= {name: np.stack(frames) for name, frames in self._fields.frames.items()}
+        arrays |= self._scalars.columns()
+        arrays |= self._probes.columns()
+        return arrays
+
+
+@contextmanager
+def _stop_at_signals() -> Iterator[Callable[[], bool]]:
+    """Turn Ctrl-C and SIGTERM into a stop between two steps; outside the main thread, leave signals alone."""
+    asked: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+
+    def note(number: int, frame: object) -> None:
+        asked.append(number)
+
+    kept = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: bool(asked)
+    finally:
+        for number, handler in kept.items():
+            signal.signal(number, handler)

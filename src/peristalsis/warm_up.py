@@ -1,0 +1,31 @@
+"""Compile every kernel once, on a tube too small to matter, so that no run pays for it unseen."""
+
+from __future__ import annotations
+
+import time
+from functools import cache
+
+
+@cache
+def _compile() -> float:
+    from .build import build
+    from .config import Configuration
+    from .model.balance import work_of_step
+    from .model.contact_summary import contact_summary
+    from .model.fields import corner_tensions
+    from .model.initial import initial_state
+    from .model.step import advance
+
+    begin = time.perf_counter()
+    tiny = Configuration().with_changes({"grid.n_z": 200, "grid.n_z_wall": 100})
+    model, before, _ = initial_state(build(tiny))
+    after, _ = advance(model, before)
+    work_of_step(model, before, after)
+    contact_summary(model, after)
+    corner_tensions(after.wall, model.wall)
+    return time.perf_counter() - begin
+
+
+def warm_up() -> float:
+    """Compile or load all kernels; seconds it took the first time in this process."""
+    return _compile()
