@@ -71,6 +71,7 @@ def build(configuration: Configuration) -> Model:
         substeps=round(c.step.wall / c.step.conduction),
         exact_kinetics=c.solver.exact_kinetics,
         tolerance=c.solver.residual_tolerance,
+        gap_tolerance=c.solver.penetration_tolerance * c.pellet.radius,
         max_newton=c.solver.max_newton,
         max_halvings=c.solver.max_halvings,
         start_position=c.pellet.start_gap + c.pellet.radius,

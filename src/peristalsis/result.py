@@ -8,7 +8,7 @@ import os
 import platform
 import shutil
 import uuid
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -80,10 +80,16 @@ class Result:
 
         return Plots(self)
 
-    def save(self, folder: str | os.PathLike[str], overwrite: bool = False) -> Path:
+    def save(
+        self,
+        folder: str | os.PathLike[str],
+        overwrite: bool = False,
+        extras: Callable[[Path], None] | None = None,
+    ) -> Path:
         """Write result.nc, summary.json and config.toml into `folder`; the folder appears complete or not at all.
 
-        Raises WriteError when it exists (without `overwrite`) or cannot be written.
+        extras: called with the folder before it is put in place, to add files such as pictures. Raises WriteError
+        when the folder exists (without `overwrite`) or cannot be written.
         """
         target = Path(folder)
         check_target(target, overwrite)
@@ -94,6 +100,8 @@ class Result:
             (temporary / CONFIGURATION_FILE).write_text(self.configuration.to_toml(), encoding="utf-8")
             text = json.dumps(json_ready(self.summary), indent=2, allow_nan=False) + "\n"
             (temporary / SUMMARY_FILE).write_text(text, encoding="utf-8")
+            if extras is not None:
+                extras(temporary)
             _synchronise(temporary)
             _put_in_place(temporary, target)
         except OSError as error:

@@ -1,7 +1,8 @@
 """Wall, lumen and pellet in equilibrium at the end of a step: one Newton iteration over all of them.
 
 Unknowns are the wall nodes, the contact densities Q, and three scalars: lumen pressure p, pellet centre Z and axial
-force F. Q is condensed node by node; the scalars border the banded tangent of the wall.
+force F. At a touching node the equilibrium along the normal only tells Q: it gives its place in the
+band to the closed gap. The scalars border the banded tangent of the wall.
 """
 
 from __future__ import annotations
@@ -12,23 +13,23 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.tube import lumen_volume
-from ..numerics.banded import solve_banded_in_place, solve_small_in_place
+from ..numerics.banded import HALF_WIDTH, solve_banded_in_place, solve_small_in_place
 from ..numerics.compiled import compiled
-from ..pellet.contact import AUGMENTATION, COMPLIANCE
+from ..pellet.contact import AUGMENTATION
 from ..pellet.friction import sliding_velocity
 from ..pellet.sphere import gap_and_normal
-from ..wall.membrane import HALF_WIDTH, WallConstants, assemble_pressure, assemble_wall
+from ..wall.membrane import WallConstants, assemble_pressure, assemble_wall
 
 TENSION_SCALE = 10.0
 """Tension against which force residuals are measured [mN/cm], about p0 r0."""
 GAP_SCALE = 1.0e5
 """Weight of an open gap in the merit of the line search [mN/cm^3]: heavy, or a nearly slack wall refuses contact."""
-GAP_TOLERANCE = 1.0e3
-"""Stiffness that measures a gap left over as a force, against the tolerance [mN/cm^3]."""
 ROUNDOFF = 16.0 * 2.0**-52
 SMALLEST_STEP = 1.0 / 16.0
-MEMORY = 4
+MEMORY = 2
 """The line search asks for less than the largest of this many last merits."""
+FIRST_ALLOWANCE = 2.0
+"""The first updates may raise the merit: they leave the kinks of the extrapolated guess."""
 
 CONVERGED, NOT_CONVERGED, SINGULAR, OUT_OF_RANGE = range(4)
 REASONS = (
@@ -85,11 +86,13 @@ def solve_equilibrium(
     pellet: PelletConstants,
     lumen: LumenConstants,
     tolerance: float,
+    gap_tolerance: float,
     max_iterations: int,
-) -> tuple[int, int, float]:
-    """Solve in place for rho, zeta [cm], density Q [mN/cm^2] and scalars (p, Z, F); returns (code, iterations, merit).
+) -> tuple[int, int, int]:
+    """Solve in place for rho, zeta [cm], density Q [mN/cm^2] and scalars (p, Z, F); returns (code, iterations, evaluations).
 
-    history: position history (2, n); velocity_history: the same for velocities (inertia). friction_weight: share of
+    history: position history (2, n); velocity_history: the same for velocities (inertia). tolerance: force residual over TENSION_SCALE;
+    gap_tolerance: gap left at touching nodes [cm]. friction_weight: share of
     the friction reaction on each node (sums to one, or zero without contact). On failure the arrays hold a trial.
     """
     n = rho.size
@@ -101,9 +104,12 @@ def solve_equilibrium(
     reachable = ROUNDOFF * zeta[n - 1] / h * wall.viscosity * step.slope / unit
     tolerance = max(tolerance, reachable)
     residual = np.empty(size)
-    matrix = np.empty((size, 2 * HALF_WIDTH + 1))
+    matrix = np.empty((size + HALF_WIDTH, 2 * HALF_WIDTH + 1))
     gradient = np.empty(size)
-    right = np.empty((size, 4))
+    right = np.zeros((size + HALF_WIDTH, 4))
+    columns = 4 if pellet.present and pellet.frame != 0.0 else 3
+    normal_row = np.empty((n, 2 * HALF_WIDTH + 2))
+    normal_border = np.empty((n, 4))
     force_row = np.empty(size)
     border = np.empty((3, 3))
     border_right = np.empty(3)
@@ -121,11 +127,13 @@ def solve_equilibrium(
     length = 1.0
     merit = math.inf
     iteration = 0
+    evaluations = 0
     best_merit = math.inf
     best_length = 1.0
     settled = False
     while True:
         # Residual and tangent at the trial state.
+        evaluations += 1
         residual[:] = 0.0
         matrix[:, :] = 0.0
         ok = assemble_wall(
@@ -174,7 +182,7 @@ def solve_equilibrium(
                     wall_velocity += friction_weight[i] * (zeta[i] - history[1, i]) * step.slope
                     if touching[i]:
                         error = GAP_SCALE * abs(gap[i]) / TENSION_SCALE
-                        worst = max(worst, GAP_TOLERANCE * abs(gap[i]) / TENSION_SCALE)
+                        worst = max(worst, abs(gap[i]) / gap_tolerance * tolerance)
                     else:
                         error = wall.radius * abs(density[i]) / TENSION_SCALE
                         worst = max(worst, error)
@@ -197,14 +205,14 @@ def solve_equilibrium(
             for error in (
                 abs(r_pressure) * wall.radius / TENSION_SCALE,
                 abs(r_force) / (circumference * TENSION_SCALE),
-                abs(r_centre) * GAP_TOLERANCE / TENSION_SCALE,
+                abs(r_centre) * GAP_SCALE / TENSION_SCALE,
             ):
                 total += error * error
                 worst = max(worst, error)
             ok = math.isfinite(total)
         merit = math.sqrt(total) if ok else math.inf
         if ok and worst <= tolerance:
-            return CONVERGED, iteration, merit
+            return CONVERGED, iteration, evaluations
         # Line search: shorten the last update until the merit falls below the largest of the last ones. Where a
         # kink (slack, contact, sticking) lets no length pass, go on with the best one; only a small residual ends
         # the iteration.
@@ -218,7 +226,7 @@ def solve_equilibrium(
             length *= 0.5
             if length < SMALLEST_STEP:
                 if not math.isfinite(best_merit):
-                    return OUT_OF_RANGE, iteration, merit
+                    return OUT_OF_RANGE, iteration, evaluations
                 length = best_length
                 settled = True
             for i in range(n):
@@ -229,15 +237,15 @@ def solve_equilibrium(
                 scalars[k] = old_scalars[k] + length * d_scalars[k]
             continue
         if not ok:
-            return OUT_OF_RANGE, iteration, merit
+            return OUT_OF_RANGE, iteration, evaluations
         if iteration >= max_iterations:
-            return NOT_CONVERGED, iteration, merit
+            return NOT_CONVERGED, iteration, evaluations
         merits[iteration % MEMORY] = merit
         if iteration == 0:
-            merits[:] = merit
+            merits[:] = FIRST_ALLOWANCE * merit
         best_merit = math.inf
         settled = False
-        # Condense the contact, border the band, solve.
+        # Border the band: columns of dp, dZ, dF, and the rows of the scalars.
         border[:, :] = 0.0
         force_row[:] = 0.0
         for k in range(size):
@@ -245,10 +253,9 @@ def solve_equilibrium(
             right[k, 1] = -gradient[k]
             right[k, 2] = 0.0
             right[k, 3] = 0.0
+        right[size:, :] = 0.0
         force_right = -r_force
-        force_centre = 0.0
         if pellet.present:
-            stiff = h / COMPLIANCE
             for i in range(1, n - 1):
                 r = 2 * i
                 right[r + 1, 3] = -pellet.frame * friction_weight[i] / circumference
@@ -257,42 +264,59 @@ def solve_equilibrium(
                     right[r + 1, 0] -= h * density[i] * nz[i]
                     force_right += circumference * h * density[i] * nz[i]
                     continue
+                # Keep the normal equilibrium aside, h*dQ = normal_row.dx + normal_border.(1, dp, dZ, dF).
+                for k in range(2 * HALF_WIDTH + 1):
+                    normal_row[i, k] = nr[i] * matrix[r, k]
+                normal_row[i, 2 * HALF_WIDTH + 1] = 0.0
+                for k in range(2 * HALF_WIDTH + 1):
+                    normal_row[i, k + 1] += nz[i] * matrix[r + 1, k]
+                for c in range(4):
+                    normal_border[i, c] = nr[i] * right[r, c] + nz[i] * right[r + 1, c]
                 turn = h * density[i] / (gap[i] + pellet.radius)
-                rr = stiff * nr[i] * nr[i] - turn * nz[i] * nz[i]
-                rz = (stiff + turn) * nr[i] * nz[i]
-                zz = stiff * nz[i] * nz[i] - turn * nr[i] * nr[i]
-                matrix[r, HALF_WIDTH] += rr
-                matrix[r, HALF_WIDTH + 1] += rz
-                matrix[r + 1, HALF_WIDTH - 1] += rz
-                matrix[r + 1, HALF_WIDTH] += zz
-                right[r, 0] -= stiff * gap[i] * nr[i]
-                right[r + 1, 0] -= stiff * gap[i] * nz[i]
-                right[r, 2] = -rz
-                right[r + 1, 2] = -zz
-                # Row of F - F_z: F_z gains -circumference * (zeta component of the condensed contact force).
-                force_row[r] = -circumference * rz
-                force_row[r + 1] = -circumference * zz
-                force_centre += circumference * zz
-                force_right += circumference * stiff * gap[i] * nz[i]
+                # Tangential equilibrium in the second row, the closed gap in the first.
+                for k in range(2 * HALF_WIDTH):
+                    matrix[r + 1, k] = nr[i] * matrix[r + 1, k] - nz[i] * matrix[r, k + 1]
+                matrix[r + 1, 2 * HALF_WIDTH] *= nr[i]
+                matrix[r + 1, HALF_WIDTH - 1] += turn * nz[i]
+                matrix[r + 1, HALF_WIDTH] -= turn * nr[i]
+                for c in range(4):
+                    right[r + 1, c] = nr[i] * right[r + 1, c] - nz[i] * right[r, c]
+                    right[r, c] = 0.0
+                right[r + 1, 2] += turn * nr[i]
+                matrix[r, :] = 0.0
+                matrix[r, HALF_WIDTH] = nr[i]
+                matrix[r, HALF_WIDTH + 1] = nz[i]
+                right[r, 0] = -gap[i]
+                right[r, 2] = -nz[i]
+                # Row of dF - dF_z = force_right, with dF_z = -circumference * d(h Q n_zeta).
+                share = circumference * nz[i]
+                for k in range(2 * HALF_WIDTH + 2):
+                    if 0 <= r + k - HALF_WIDTH < size:
+                        force_row[r + k - HALF_WIDTH] += share * normal_row[i, k]
+                force_right += share * normal_border[i, 0]
+                for c in range(3):
+                    border[2, c] += share * normal_border[i, c + 1]
+                swing = circumference * turn * nr[i]
+                force_row[r] -= swing * nz[i]
+                force_row[r + 1] += swing * nr[i]
+                border[2, 1] -= swing * nr[i]
         for k in range(2):
             for row in (k, size - 1 - k):
                 matrix[row, :] = 0.0
                 matrix[row, HALF_WIDTH] = 1.0
                 right[row, :] = 0.0
-        if not solve_banded_in_place(matrix, HALF_WIDTH, right):
-            return SINGULAR, iteration, merit
+        if not solve_banded_in_place(matrix, right, columns):
+            return SINGULAR, iteration, evaluations
         # Border unknowns (dp, dZ, dF); x = x0 - dp*x1 - dZ*x2 - dF*x3.
         pressure_slope = -lumen.exponent * law / volume * circumference
         border[0, 0] = 1.0
         border_right[0] = -r_pressure
         border[1, 1] = 1.0
         border_right[1] = -r_centre
-        border[2, 2] = 1.0
-        border_right[2] = 0.0
+        border[2, 2] += 1.0
+        border_right[2] = force_right if pellet.present else 0.0
         if pellet.present:
             border[1, 2] = -step.pellet_weight * speed_slope
-            border[2, 1] = force_centre
-            border_right[2] = force_right
         for k in range(size):
             row_pressure = -pressure_slope * gradient[k]
             border_right[0] -= row_pressure * right[k, 0]
@@ -309,7 +333,7 @@ def solve_equilibrium(
                 for c in range(3):
                     border[1, c] -= row_wall * right[2 * i + 1, c + 1]
         if not solve_small_in_place(border, border_right):
-            return SINGULAR, iteration, merit
+            return SINGULAR, iteration, evaluations
         for k in range(3):
             d_scalars[k] = border_right[k]
         for k in range(size):
@@ -321,8 +345,13 @@ def solve_equilibrium(
         for i in range(n):
             d_density[i] = -density[i]
             if touching[i]:
-                closing = gap[i] + nr[i] * right[2 * i, 0] + nz[i] * (right[2 * i + 1, 0] - d_scalars[1])
-                d_density[i] = -closing / COMPLIANCE
+                change = -normal_border[i, 0]
+                for c in range(3):
+                    change += normal_border[i, c + 1] * d_scalars[c]
+                for k in range(2 * HALF_WIDTH + 2):
+                    if 0 <= 2 * i + k - HALF_WIDTH < size:
+                        change += normal_row[i, k] * right[2 * i + k - HALF_WIDTH, 0]
+                d_density[i] = change / h
         length = 1.0
         iteration += 1
         for i in range(n):

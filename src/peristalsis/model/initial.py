@@ -75,7 +75,7 @@ def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, l
     remarks = []
     patterns, which = np.unique(layer.conductances, axis=1, return_inverse=True)
     for k in range(patterns.shape[1]):
-        rest = rest_state(patterns[:, k], model.cell, model.tables(model.cell, model.substeps)[0], model.exact_kinetics)
+        rest = rest_state(patterns[:, k], model.cell, model.tables[0], model.exact_kinetics)
         cells = np.ravel(which) == k
         potential[cells] = rest.potential
         gates[:, cells] = np.array(rest.gates)[:, None]
@@ -93,7 +93,7 @@ def _pacemaker_sheet(model: Model) -> SheetState:
     if model.pacemaker_cell is None:
         return SheetState(np.zeros((1, 1)), np.zeros((4, 1, 1)), unset, unset.copy())
     cell = model.pacemaker_cell
-    rest: RestState = rest_state(cell.conductances[:, 0], cell.constants, model.tables(cell.constants, model.substeps)[0])
+    rest: RestState = rest_state(cell.conductances[:, 0], cell.constants, model.pacemaker_tables[0])
     # A bursting cell stays on its unstable steady state for ever if put exactly on it.
     gates = np.array(rest.gates).reshape(4, 1, 1)
     return SheetState(np.full((1, 1), rest.potential + 1.0), gates, unset, unset.copy())
@@ -131,6 +131,7 @@ def _inflate_and_insert(model: Model) -> tuple[Floats, Floats, Floats, float]:
             pellet,
             lumen,
             model.tolerance,
+            model.gap_tolerance,
             100,
         )[0]
         return code

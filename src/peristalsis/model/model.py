@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,9 +12,10 @@ from ..control.pacemaker import PulseTrain
 from ..control.reflex import Reflex
 from ..control.sequence import Trigger
 from ..geometry.grid import Grid
+from ..numerics.stabilised import coefficients, stages_for
 from ..tissue.cells import plant
 from ..tissue.cells.plant import CellConstants
-from ..tissue.conduction import EXPLICIT_LIMIT, largest_eigenvalue
+from ..tissue.conduction import largest_eigenvalue
 from ..wall.membrane import WallConstants
 from .equilibrium import LumenConstants, PelletConstants
 
@@ -71,28 +71,35 @@ class Model:
     substeps: int
     exact_kinetics: bool
     tolerance: float
+    gap_tolerance: float
     max_newton: int
     max_halvings: int
     start_position: float
     free_radius: Floats
 
+    @property
+    def dt_cell(self) -> float:
+        """Step of conduction and kinetics [ms]."""
+        return self.dt_wall * 1e3 / self.substeps
+
     @cached_property
-    def _tables(self) -> dict[tuple[CellConstants, int], tuple[Floats, Floats]]:
-        return {}
+    def tables(self) -> tuple[Floats, Floats]:
+        """Gate tables of the tissue for a whole and a half step."""
+        return plant.gate_table(self.dt_cell, self.cell), plant.gate_table(0.5 * self.dt_cell, self.cell)
 
-    def tables(self, constants: CellConstants, substeps: int) -> tuple[Floats, Floats]:
-        """Gate tables for a whole and a half conduction step of dt_wall / substeps; made once, then kept."""
-        key = (constants, substeps)
-        if key not in self._tables:
-            dt = self.dt_wall * 1e3 / substeps
-            self._tables[key] = (plant.gate_table(dt, constants), plant.gate_table(0.5 * dt, constants))
-        return self._tables[key]
+    @cached_property
+    def pacemaker_tables(self) -> tuple[Floats, Floats]:
+        """Gate tables of the autonomous pacemaker cell for a whole and a half step."""
+        constants = self.cell if self.pacemaker_cell is None else self.pacemaker_cell.constants
+        return plant.gate_table(self.dt_cell, constants), plant.gate_table(0.5 * self.dt_cell, constants)
 
-    def stable_substeps(self, layer: Layer, stretch: Floats) -> int:
-        """Conduction steps in a wall step: those asked for, or more where the explicit scheme needs them.
+    def stages(self, layer: Layer, stretch: Floats) -> Floats:
+        """Coefficients of the explicit step of a layer, with as many stages as stability asks for, Eq. (31).
 
         stretch: longitudinal, of the elements; a shortened wall conducts better per undeformed length, Eq. (11).
         """
-        rate = largest_eigenvalue(layer.diffusivity, self.grid.cell_size) / float(stretch.min())
-        rate += 1e3 * self.cell.kinetics_rate * float(layer.conductances.sum(axis=0).max()) / self.cell.capacitance
-        return max(self.substeps, math.ceil(rate * self.dt_wall / EXPLICIT_LIMIT))
+        rate = self.cell.kinetics_rate * float(layer.conductances.sum(axis=0).max()) / self.cell.capacitance
+        if layer.conducts:
+            decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
+            rate += decay / float(stretch.min())
+        return coefficients(stages_for(rate * self.dt_cell))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from ..control.reflex import observe_stretch
 from ..control.sequence import observe_activation, observe_tension, trigger_current
 from ..errors import DivergenceError
 from ..numerics.rates import rate_formula
+from ..numerics.stabilised import coefficients, stages_for
 from ..numerics.transfer import average
 from ..pellet.contact import axial_force
 from ..pellet.friction import sliding_velocity
@@ -27,9 +29,10 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class StepReport:
-    """What a step cost: Newton iterations, wall solves (more than one after halving)."""
+    """What a step cost: Newton iterations, assemblies of the wall, wall solves (more than one after halving)."""
 
     newton_iterations: int
+    assemblies: int
     wall_solves: int
 
 
@@ -62,7 +65,7 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
         pellet=solved.pellet,
         pressure=solved.pressure,
     )
-    return _listen(model, after, stop), StepReport(solved.iterations, solved.solves)
+    return _listen(model, after, stop), StepReport(solved.iterations, solved.assemblies, solved.solves)
 
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
@@ -110,39 +113,33 @@ def _advance_layer(
         faces = np.empty((grid.n_z - 1, grid.n_theta))
         average(grid.elements_to_faces, stretch, faces)
         coefficient = (layer.diffusivity * 1e-3 / (24.0 * grid.cell_size) ** 2) / faces
-        substeps = model.stable_substeps(layer, stretch)
     else:
         coefficient = np.empty((0, grid.n_theta))
-        substeps = model.substeps
-    return _advance_sheet(
-        model, sheet, layer.conductances, coefficient, drive, shunt, start, substeps, model.cell, f"{name} potential"
-    )
+    tissue = _Tissue(layer.conductances, coefficient, model.stages(layer, stretch), model.tables, model.cell)
+    return _advance_sheet(model, sheet, tissue, drive, shunt, start, f"{name} potential")
 
 
 def _advance_pacemaker(model: Model, sheet: SheetState, drive: Floats, start: float) -> SheetState:
     cell = model.pacemaker_cell
     if cell is None:
         return sheet
-    alone = np.empty((0, 1))
-    return _advance_sheet(
-        model, sheet, cell.conductances, alone, drive, None, start, model.substeps, cell.constants, "pacemaker potential"
-    )
+    rate = cell.constants.kinetics_rate * float(cell.conductances.sum()) / cell.constants.capacitance
+    stages = coefficients(stages_for(rate * model.dt_cell))
+    tissue = _Tissue(cell.conductances, np.empty((0, 1)), stages, model.pacemaker_tables, cell.constants)
+    return _advance_sheet(model, sheet, tissue, drive, None, start, "pacemaker potential")
+
+
+class _Tissue(NamedTuple):
+    conductances: Floats
+    coefficient: Floats
+    stages: Floats
+    tables: tuple[Floats, Floats]
+    constants: CellConstants
 
 
 def _advance_sheet(
-    model: Model,
-    sheet: SheetState,
-    conductances: Floats,
-    coefficient: Floats,
-    drive: Floats,
-    shunt: Floats | None,
-    start: float,
-    substeps: int,
-    constants: CellConstants,
-    field: str,
+    model: Model, sheet: SheetState, tissue: _Tissue, drive: Floats, shunt: Floats | None, start: float, field: str
 ) -> SheetState:
-    table, half_table = model.tables(constants, substeps)
-    dt = model.dt_wall * 1e3 / substeps
     shape = sheet.potential.shape
     potential = sheet.potential.ravel().copy()
     gates = sheet.gates.reshape(4, -1).copy()
@@ -152,25 +149,26 @@ def _advance_sheet(
         gates,
         first,
         last,
-        conductances,
-        coefficient.ravel(),
+        tissue.conductances,
+        tissue.coefficient.ravel(),
         drive.ravel(),
         np.zeros(drive.size) if shunt is None else shunt.ravel(),
         shape[1],
         start * 1e3,
-        dt,
-        substeps,
-        table,
-        half_table,
+        model.dt_cell,
+        model.substeps,
+        tissue.stages,
+        tissue.tables[0],
+        tissue.tables[1],
         model.exact_kinetics,
         ACTIVATION_LEVEL,
-        constants,
+        tissue.constants,
     )
     if bad >= 0:
         place = f"z = {model.grid.cells[bad // shape[1]]:.3g} cm" if shape[0] > 1 else "the oral end"
         raise DivergenceError(
             f"{field} left -200...150 mV at {place}, t = {start:.6g} s: the conduction step of "
-            f"{dt:g} ms or a stimulus is too large; lower step.conduction or the intensity"
+            f"{model.dt_cell:g} ms or a stimulus is too large; lower step.conduction or the intensity"
         )
     return SheetState(potential.reshape(shape), gates.reshape(4, *shape), first.reshape(shape), last.reshape(shape))
 
@@ -181,6 +179,7 @@ class _Solved:
     pellet: PelletState
     pressure: float
     iterations: int
+    assemblies: int
     solves: int
 
 
@@ -208,7 +207,12 @@ def _solve_wall(
     middle = 0.5 * (wall.drive + drive)
     half = _solve_wall(model, wall, pellet, pressure, middle, 0.5 * dt, halvings - 1, time - 0.5 * dt)
     full = _solve_wall(model, half.wall, half.pellet, half.pressure, drive, 0.5 * dt, halvings - 1, time)
-    return replace(full, iterations=half.iterations + full.iterations, solves=half.solves + full.solves)
+    return replace(
+        full,
+        iterations=half.iterations + full.iterations,
+        assemblies=half.assemblies + full.assemblies,
+        solves=half.solves + full.solves,
+    )
 
 
 def _try_wall(
@@ -225,7 +229,8 @@ def _try_wall(
     stretch_before = stretch_of_elements(wall.position_before, model.wall.element_size)[:, 0]
     stretch_history = formula.keep * stretch + formula.older * stretch_before
     hoop_history = history[0] / model.wall.radius
-    guess = position + dt * wall.velocity[:, 0, :]
+    trend = 1.0 + 0.5 * dt / wall.step_before if wall.step_before > 0.0 else 1.0
+    guess = position + dt * (trend * wall.velocity[:, 0, :] - (trend - 1.0) * wall.velocity_before[:, 0, :])
     rho, zeta = np.ascontiguousarray(guess[:, 0]), np.ascontiguousarray(guess[:, 2])
     density = wall.contact[:, 0].copy()
     weight = density / density.sum() if density.sum() > 0.0 else np.zeros_like(density)
@@ -233,7 +238,7 @@ def _try_wall(
     pellet_history = pellet.position + (0.5 * dt * pellet.velocity if second else 0.0)
     pellet_weight = 0.5 * dt if second else dt
     scalars = np.array([pressure, pellet.position + dt * pellet.velocity, pellet.axial_force])
-    code, iterations, _ = solve_equilibrium(
+    code, iterations, assemblies = solve_equilibrium(
         rho,
         zeta,
         density,
@@ -250,6 +255,7 @@ def _try_wall(
         model.pellet,
         model.lumen,
         model.tolerance,
+        model.gap_tolerance,
         model.max_newton,
     )
     if code != CONVERGED:
@@ -271,7 +277,7 @@ def _try_wall(
         step_before=dt,
     )
     moved = _move_pellet(model, after, weight, float(scalars[1]), pellet_history, pellet_weight)
-    return code, _Solved(after, moved, float(scalars[0]), iterations, 1)
+    return code, _Solved(after, moved, float(scalars[0]), iterations, assemblies, 1)
 
 
 def _move_pellet(

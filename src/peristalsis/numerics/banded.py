@@ -7,39 +7,39 @@ import numpy as np
 from .compiled import compiled
 
 
+HALF_WIDTH = 5
+"""Half bandwidth of every system here: two unknowns a wall node, coupled to two nodes on either side."""
+
+
 @compiled
-def solve_banded_in_place(matrix: np.ndarray, half_width: int, right: np.ndarray) -> bool:
+def solve_banded_in_place(matrix: np.ndarray, right: np.ndarray, columns: int) -> bool:
     """Solve A X = B by Gaussian elimination inside the band; both arguments are overwritten, B by X.
 
-    matrix: rows of A, shape (n, 2*half_width + 1), entry [i, half_width + j - i] is A[i, j].
-    right: B, shape (n, m). Returns False when a pivot vanishes or is not finite: the caller must not use X.
-    No pivoting: the matrices here come from equilibria with positive tension, whose pivots stay away from zero.
+    matrix: rows of A, shape (n + HALF_WIDTH, 2*HALF_WIDTH + 1), entry [i, HALF_WIDTH + j - i] is A[i, j].
+    right: B, shape (n + HALF_WIDTH, at least `columns`). The last HALF_WIDTH rows of both and all entries that
+    point outside A must be zero on entry: the loops then have fixed lengths. Returns False when a pivot vanishes
+    or is not finite: the caller must not use X. No pivoting: the matrices here come from equilibria with positive
+    tension, whose pivots stay away from zero.
     """
-    n = matrix.shape[0]
-    columns = right.shape[1]
+    n = matrix.shape[0] - HALF_WIDTH
     for i in range(n):
-        pivot = matrix[i, half_width]
-        if not np.isfinite(pivot) or abs(pivot) < 1e-300:
+        pivot = matrix[i, HALF_WIDTH]
+        if not abs(pivot) > 1e-300 or not np.isfinite(pivot):
             return False
         inverse = 1.0 / pivot
-        last = min(n - 1, i + half_width)
-        width = last - i
-        for row in range(i + 1, last + 1):
-            factor = matrix[row, half_width + i - row] * inverse
-            if factor != 0.0:
-                offset = half_width + i - row
-                for k in range(1, width + 1):
-                    matrix[row, offset + k] -= factor * matrix[i, half_width + k]
-                for c in range(columns):
-                    right[row, c] -= factor * right[i, c]
-        matrix[i, half_width] = inverse
+        for down in range(1, HALF_WIDTH + 1):
+            factor = matrix[i + down, HALF_WIDTH - down] * inverse
+            for k in range(1, HALF_WIDTH + 1):
+                matrix[i + down, HALF_WIDTH - down + k] -= factor * matrix[i, HALF_WIDTH + k]
+            for c in range(columns):
+                right[i + down, c] -= factor * right[i, c]
+        matrix[i, HALF_WIDTH] = inverse
     for i in range(n - 1, -1, -1):
-        last = min(n - 1, i + half_width)
         for c in range(columns):
             value = right[i, c]
-            for k in range(1, last - i + 1):
-                value -= matrix[i, half_width + k] * right[i + k, c]
-            right[i, c] = value * matrix[i, half_width]
+            for k in range(1, HALF_WIDTH + 1):
+                value -= matrix[i, HALF_WIDTH + k] * right[i + k, c]
+            right[i, c] = value * matrix[i, HALF_WIDTH]
     return True
 
 

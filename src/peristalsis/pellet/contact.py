@@ -16,8 +16,6 @@ from .sphere import gap_and_normal
 
 AUGMENTATION = 1.0e5
 """Weight of the gap against Q in the choice of touching nodes [mN/cm^3]; does not enter the solution."""
-COMPLIANCE = 1.0e-7
-"""Softness of the constraint inside one Newton step [cm^3/mN]; the converged gap does not depend on it."""
 
 
 @compiled

@@ -13,9 +13,6 @@ GHOSTS = 2
 SPECTRAL_FACTOR = 49.0 / 36.0
 """Largest eigenvalue of the fourth-order operator over that of the three-point one."""
 
-EXPLICIT_LIMIT = 1.8
-"""Largest step times decay rate: the midpoint rule is stable up to 2."""
-
 
 def largest_eigenvalue(diffusivity: float, cell_size: float) -> float:
     """Bound on the decay rate of the discrete operator [1/s], for diffusivity [cm^2/s] and cell size [cm]."""

@@ -11,13 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..numerics.banded import HALF_WIDTH
 from ..numerics.blend import floored, positive_part
 from ..numerics.compiled import compiled
 from .active import ActiveConstants, active_tension
 from .passive import LARGEST_EXPONENT, PassiveConstants, passive_tension
-
-HALF_WIDTH = 5
-"""Half bandwidth of the tangent: two unknowns a node, bending reaches two nodes away."""
 
 SMALLEST_STRETCH, LARGEST_STRETCH = 0.02, 8.0
 """Trial states outside are refused by the solver."""
@@ -103,7 +101,7 @@ def assemble_wall(
     residual: np.ndarray,
     matrix: np.ndarray,
 ) -> bool:
-    """Internal forces of the wall and their tangent, added into `residual` (2n,) and `matrix` (2n, 11).
+    """Internal forces of the wall and their tangent, added into `residual` (2n,) and `matrix` (at least 2n, 11).
 
     rho, zeta: nodes [cm], (n,). Histories: stretches of element and node from which rates are formed, Eq. (32).
     Drives of half elements [mV], (2n - 2,): each corner has its own. Unknown 2i is rho, 2i+1 zeta of node i. False when a trial state is out of range.

@@ -1,0 +1,90 @@
+"""From the words of a command line to an exit code: the one place where errors become messages."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from ..errors import ConfigurationError, InterruptedRun, PeristalsisError, WriteError
+from .signals import sigterm_as_interrupt
+from .streams import Screen, forgiving_streams
+
+TRACEBACK = "PERISTALSIS_TRACEBACK"
+"""Set this variable of the environment to see where an unforeseen error came from."""
+
+REPEATABLE = ("--set", "--format")
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a command line asks for: the work, and the scenario it is about, if that is known."""
+
+    work: Callable[[Screen], int]
+    scenario: str | None = None
+
+
+def dispatch(words: Sequence[str]) -> int:
+    """Carry out a command line; whatever goes wrong is one line on stderr, and one JSON object with --json."""
+    with forgiving_streams() as streams:
+        screen = Screen(json="--json" in words)
+        with sigterm_as_interrupt():
+            code = _carry_out(words, screen)
+        lost = streams.lost()
+        if lost is None:
+            return code
+        screen.line(f"error: standard output could not be written: {lost}")
+        return code or WriteError.exit_code
+
+
+def _carry_out(words: Sequence[str], screen: Screen) -> int:
+    try:
+        job = _parse(words)
+        if isinstance(job, int):  # a help text was shown
+            return job
+        screen.scenario = job.scenario
+        return job.work(screen)
+    except PeristalsisError as error:
+        return screen.fail(error)
+    except KeyboardInterrupt:
+        return screen.fail(InterruptedRun("interrupted; nothing was written"))
+    except MemoryError:
+        return screen.fail(PeristalsisError("not enough memory; use fewer cells or a longer output.interval"))
+    except Exception as error:
+        if os.environ.get(TRACEBACK):
+            raise
+        cause = f"{type(error).__name__}: {error}"
+        return screen.fail(
+            PeristalsisError(f"unforeseen {cause} (please report it; {TRACEBACK}=1 shows where it came from)")
+        )
+
+
+def _parse(words: Sequence[str]) -> Job | int:
+    import typer
+    from typer.main import get_command
+
+    from .commands import app
+
+    # typer carries its own copy of click in some versions; the class of all usage errors is reached through it.
+    usage_error: type[Exception] = typer.BadParameter.__bases__[0]
+    try:
+        _refuse_repeated(words)
+        parsed: Job | int | None = get_command(app).main(
+            args=list(words) or ["--help"], prog_name="peristalsis", standalone_mode=False
+        )
+    except typer.Abort:
+        raise KeyboardInterrupt from None
+    except usage_error as error:
+        where = getattr(getattr(error, "ctx", None), "command_path", "peristalsis")
+        said = getattr(error, "format_message", error.__str__)().rstrip(". ")
+        raise ConfigurationError(f"{said}; see {where} --help") from None
+    return 0 if parsed is None else parsed
+
+
+def _refuse_repeated(words: Sequence[str]) -> None:
+    """An option given twice is a mistake, not a choice of the last."""
+    options = Counter(word.partition("=")[0] for word in words if word.startswith("--") and word != "--")
+    for option, count in options.items():
+        if count > 1 and option not in REPEATABLE:
+            raise ConfigurationError(f"{option} is given {count} times; keep one")

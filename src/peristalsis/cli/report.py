@@ -1,0 +1,61 @@
+"""The numbers of a run as a table for a person."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..comparing import NUMBERS, Number, value_of
+from .streams import Screen, spelled
+
+if TYPE_CHECKING:
+    from ..config import Entry
+    from ..result import Result
+
+FRICTION = {
+    "pellet.viscous_friction": ("viscous friction", "N*s/m", 0.1),
+    "pellet.dry_friction": ("dry friction", "N", 1e-3),
+}
+"""Friction in its own unit and in that of the paper, whose printed unit is in doubt (docs/decisions/0002)."""
+
+
+def print_summary(result: Result, target: Path, pictures: tuple[str, ...], screen: Screen) -> None:
+    """The outcome, the numbers in two units, friction beside what the paper prints, and where everything is."""
+    summary = result.summary
+    title = f"{summary['scenario']}, reading {summary['reading']}: {str(summary['status']).replace('_', ' ')}"
+    screen.table(("quantity", "value", "in other units"), _rows(result), title)
+    friction = [
+        _friction_row(entry) for entry in result.configuration.items() if entry.key in FRICTION
+    ] if result.configuration.pellet.enabled else []
+    if friction:
+        screen.table(("friction of the pellet", "used", "in other units", "printed in the paper"), friction)
+    screen.say(f"saved in {spelled(target)}")
+    if pictures:
+        screen.say(f"pictures: {', '.join(pictures)}")
+
+
+def number_text(value: float | None, unit: str, scale: float = 1.0) -> str:
+    """A number with its unit, or a dash."""
+    if value is None:
+        return "-"
+    text = f"{value * scale:.4g}" if isinstance(value, float) else str(value)
+    return text if unit == "1" else f"{text} {unit}"
+
+
+def _rows(result: Result) -> Iterator[tuple[str, str, str]]:
+    for number in NUMBERS:
+        value = value_of(result.summary, number)
+        if value is not None:
+            yield number.label, number_text(value, number.unit), _other(value, number)
+
+
+def _other(value: float, number: Number) -> str:
+    return number_text(value, number.other, number.factor) if number.other else ""
+
+
+def _friction_row(entry: Entry) -> tuple[str, str, str, str]:
+    label, other, factor = FRICTION[entry.key]
+    value = float(str(entry.value))
+    printed = f"{entry.printed}, read as {number_text(float(str(entry.shipped)), entry.unit)}"
+    return label, number_text(value, entry.unit), number_text(value, other, factor), printed

@@ -1,0 +1,131 @@
+"""`peristalsis run`: compute, store, draw, and say what came out."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..errors import DivergenceError, InterruptedRun, WriteError
+from .inputs import Input
+from .report import print_summary
+from .signals import Held, held_back
+from .streams import RunProgress, Screen, spelled
+
+if TYPE_CHECKING:
+    from ..config import Configuration
+    from ..result import Result
+
+Failure = DivergenceError | InterruptedRun
+
+
+@dataclass(frozen=True)
+class Order:
+    """What to run and where to put it."""
+
+    input: Input
+    out: str | None
+    overwrite: bool
+    pictures: bool
+
+
+def run(order: Order, screen: Screen) -> int:
+    """Carry out an order; the exit code."""
+    configuration = order.input.configuration()
+    screen.scenario = configuration.scenario
+    target = Path("out", configuration.scenario) if order.out is None else Path(order.out)
+    refuse_target(target, order.overwrite)
+    result, failure = _simulate(configuration, screen)
+    drawing = Drawing(result, wanted=order.pictures and not isinstance(failure, InterruptedRun))
+    try:
+        _save(result, target, order.overwrite, drawing)
+    except WriteError as error:
+        fields = _plain(result) | {"status": error.status, "error": str(error)}
+        return screen.fail(error, fields)
+    if failure is not None:
+        return screen.fail(failure, _plain(result), also=f" (saved in {spelled(target)})")
+    screen.answer(_plain(result))
+    print_summary(result, target, drawing.names, screen)
+    if drawing.problem is not None:
+        screen.warn(f"{drawing.problem}; the numbers are saved in {spelled(target)}")
+    return InterruptedRun.exit_code if drawing.interrupted else 0
+
+
+def refuse_target(target: Path, overwrite: bool) -> None:
+    """Refuse, before anything is computed, a folder that may not or cannot be written."""
+    from ..result import check_target
+
+    parent = target.absolute().parent
+    try:
+        check_target(target, overwrite)
+        while not parent.exists():
+            parent = parent.parent
+        with tempfile.TemporaryFile(dir=parent):  # permissions alone do not tell: it may be read-only or full
+            pass
+    except OSError as error:
+        raise WriteError(
+            f"{spelled(target)} cannot be written: {error.strerror or error}; choose another folder with --out"
+        ) from None
+
+
+def _simulate(configuration: Configuration, screen: Screen) -> tuple[Result, Failure | None]:
+    from ..simulation import Simulation
+
+    with RunProgress(screen, configuration.run.duration, configuration.pellet.enabled) as progress:
+        simulation = Simulation(configuration, progress=progress.see)
+        for remark in simulation.remarks:
+            screen.warn(remark)
+        progress.start()
+        result = simulation.run()
+    return result, simulation.failure
+
+
+def _save(result: Result, target: Path, overwrite: bool, drawing: Drawing) -> None:
+    try:
+        with held_back() as held:
+            result.save(target, overwrite, extras=lambda folder: drawing.draw(folder, held))
+            drawing.interrupted = drawing.interrupted or held.asked
+    except WriteError:
+        raise
+    except Exception as error:  # the file library has errors of its own when a disk is full
+        raise WriteError(f"could not write {spelled(target)}: {error}; choose another folder with --out") from None
+
+
+def _plain(result: Result) -> dict[str, object]:
+    from ..result import json_ready
+
+    return dict(json_ready(result.summary))
+
+
+class Drawing:
+    """The pictures of a run: all of them or none; they never cost the numbers."""
+
+    def __init__(self, result: Result, wanted: bool) -> None:
+        self._result = result
+        self._wanted = wanted
+        self.names: tuple[str, ...] = ()
+        self.problem: str | None = None
+        self.interrupted = False
+
+    def draw(self, folder: Path, held: Held) -> None:
+        """Draw into a folder; what goes wrong is noted in `problem`."""
+        if not self._wanted:
+            return
+        apart = folder / ".pictures"
+        try:
+            with held.released():
+                apart.mkdir()
+                self._result.plot.save(apart)
+                drawn = sorted(apart.iterdir())
+                for picture in drawn:
+                    picture.replace(folder / picture.name)
+                self.names = tuple(picture.name for picture in drawn)
+        except KeyboardInterrupt:
+            self.interrupted = True
+            self.problem = "interrupted while drawing"
+        except Exception as error:
+            self.problem = f"the pictures could not be drawn ({' '.join(str(error).split())})"
+        finally:
+            shutil.rmtree(apart, ignore_errors=True)

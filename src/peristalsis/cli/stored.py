@@ -1,0 +1,155 @@
+"""Commands on stored runs: pictures, films, tables, comparisons."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from ..errors import ConfigurationError, WriteError, shown, suggestion
+from .report import number_text
+from .streams import Screen, spelled
+
+if TYPE_CHECKING:
+    from ..result import Result
+
+FORMATS = ("png", "svg", "pdf")
+FILMS = (".gif", ".mp4")
+
+Done = TypeVar("Done")
+
+
+def plot(folder: str, names: Sequence[str], formats: Sequence[str], out: str | None, screen: Screen) -> int:
+    """Draw the figures of a stored run again, over the old ones."""
+    for name in formats:
+        if name not in FORMATS:
+            raise ConfigurationError(f"--format {shown(name)}: not one of {', '.join(FORMATS)}; {suggestion(name, FORMATS)}")
+    result = _load(folder, screen)
+    target = Path(folder if out is None else out)
+    chosen = list(dict.fromkeys(names)) or None
+    files = _written(target, lambda: result.plot.save(target, chosen, formats=tuple(dict.fromkeys(formats)) or ("png",)))
+    return _say_written(files or [], screen)
+
+
+def film(folder: str, out: str | None, overwrite: bool, screen: Screen) -> int:
+    """Write a film of a stored run."""
+    target = Path(folder, "film.gif") if out is None else Path(out)
+    if target.suffix.lower() not in FILMS:
+        raise ConfigurationError(f"--out {shown(str(target))}: a film ends in {' or '.join(FILMS)}; rename it")
+    result = _load(folder, screen)
+    _refuse_existing(target, overwrite or out is None)
+    _written(target, lambda: result.plot.film(target))
+    return _say_written([target], screen)
+
+
+def export(folder: str, out: str | None, overwrite: bool, screen: Screen) -> int:
+    """Write the numbers of a stored run as CSV files."""
+    result = _load(folder, screen)
+    target = Path(folder, "csv") if out is None else Path(out)
+    _refuse_existing(target, overwrite or out is None)
+    from ..plots.export import export_csv
+
+    _written(target, lambda: export_csv(result, target))
+    return _say_written(sorted(target.iterdir()), screen)
+
+
+def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Screen) -> int:
+    """Numbers of several stored runs side by side; with a folder, pictures of their tracks and differences."""
+    from .. import comparing
+
+    if len(folders) < 2:
+        raise ConfigurationError(f"RUN = {shown(folders[0])}: there is nothing to compare it with; name a second folder")
+    runs = {name: _load(folder, screen) for name, folder in zip(labels(folders), folders, strict=True)}
+    target = None if out is None else Path(out)
+    if target is not None:
+        _refuse_existing(target, overwrite)
+    screen.scenario = None
+    rows = []
+    for number in comparing.NUMBERS:
+        values = [comparing.value_of(result.summary, number) for result in runs.values()]
+        if number.decisive and any(value is not None for value in values):
+            rows.append((number, values))
+    status = [result.status for result in runs.values()]
+    changed = comparing.changed_keys(runs)
+    numbers = [
+        ("status", *(text.replace("_", " ") for text in status)),
+        *((number.label, *(number_text(value, number.unit) for value in values)) for number, values in rows),
+    ]
+    screen.table(("quantity", *runs), numbers)
+    if changed:
+        screen.table(("changed parameter", *runs), ((key, *map(str, values)) for key, values in changed.items()))
+    else:
+        screen.say("the runs have the same parameters")
+    content: dict[str, Any] = {
+        "runs": [{"name": name, "folder": folder} for name, folder in zip(runs, folders, strict=True)],
+        "status": status,
+        "numbers": {number.key: values for number, values in rows},
+        "changed": changed,
+    }
+    if target is not None:
+        content |= _write_comparison(comparing.draw, runs, target, content, screen)
+    screen.answer(content)
+    return 0
+
+
+def labels(folders: Sequence[str]) -> list[str]:
+    """Names for the runs: the last part of each folder where that tells them apart, else the whole; never twice."""
+    last = [Path(folder).resolve().name for folder in folders]
+    names = [folder if Counter(last)[name] > 1 else name for folder, name in zip(folders, last, strict=True)]
+    repeated = [name for name, count in Counter(names).items() if count > 1]
+    if repeated:
+        raise ConfigurationError(f"RUN = {shown(repeated[0])}: it is given twice; name different folders")
+    return names
+
+
+def _write_comparison(
+    draw: Callable[..., tuple[list[Path], list[str]]],
+    runs: dict[str, Result],
+    target: Path,
+    content: dict[str, Any],
+    screen: Screen,
+) -> dict[str, Any]:
+    def write() -> tuple[list[Path], list[str]]:
+        target.mkdir(parents=True, exist_ok=True)
+        (target / "comparison.json").write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        return draw(runs, target)
+
+    files, left_out = _written(target, write)
+    for reason in left_out:
+        screen.warn(f"not drawn: {reason}")
+    screen.say(f"pictures: {', '.join(spelled(file) for file in files) or 'none'}")
+    return {"pictures": [str(file) for file in files]}
+
+
+def _load(folder: str, screen: Screen) -> Result:
+    from ..result import load
+
+    try:
+        result = load(folder)
+    except OSError as error:
+        raise ConfigurationError(f"{shown(folder)} cannot be read: {error.strerror or error}; check the name") from None
+    screen.scenario = result.configuration.scenario
+    return result
+
+
+def _refuse_existing(target: Path, overwrite: bool) -> None:
+    if target.exists() and not overwrite:
+        raise WriteError(f"{shown(str(target))} exists; choose another name with --out, or say --overwrite")
+
+
+def _written(target: Path, write: Callable[[], Done]) -> Done:
+    try:
+        return write()
+    except OSError as error:
+        raise WriteError(
+            f"could not write {spelled(target)}: {error.strerror or error}; choose another place with --out"
+        ) from None
+
+
+def _say_written(files: Iterable[Path], screen: Screen) -> int:
+    listed = [str(file) for file in files]
+    screen.say("\n".join(f"written: {spelled(file)}" for file in listed))
+    screen.answer({"scenario": screen.scenario, "status": "written", "files": listed})
+    return 0

@@ -1,0 +1,123 @@
+"""Figures of a run: `result.plot.diameter_map()`, `result.plot.save("figures")`, `result.plot.film("run.gif")`.
+
+A new figure is a new module in `plots/figures` with ``FIGURE = Figure(...)``; nothing else has to be told.
+Matplotlib is imported when something is drawn, not before.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import ConfigurationError, WriteError, nearest, shown, suggestion
+from .registry import figures
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+    from ..result import Result
+
+FORMATS = ("png", "svg", "pdf")
+
+
+class Plots:
+    """The figures of one result; each name of `names()` is also a method that returns a matplotlib Figure."""
+
+    def __init__(self, result: Result) -> None:
+        self._result = result
+
+    @staticmethod
+    def names() -> tuple[str, ...]:
+        """All figures, the overview first."""
+        return tuple(figures())
+
+    def available(self) -> tuple[str, ...]:
+        """The figures this run can show: without a pellet, those that need none."""
+        pellet = self._result.configuration.pellet.enabled
+        return tuple(name for name, figure in figures().items() if pellet or not figure.needs_pellet)
+
+    def caption(self, name: str) -> str:
+        """What the figure shows, in the words of a figure caption."""
+        return _figure(name).caption
+
+    def draw(self, name: str, **options: Any) -> Canvas:
+        """The figure of this name. Raises ConfigurationError for unknown names and where a pellet is missing."""
+        figure = _figure(name)
+        if figure.needs_pellet and not self._result.configuration.pellet.enabled:
+            raise ConfigurationError(
+                f"plot.{name} shows the pellet, and this run has none (pellet.enabled = false); "
+                f"draw one of {', '.join(self.available())}"
+            )
+        from . import style
+
+        with style.applied():
+            return figure.draw(self._result, **options)
+
+    def save(
+        self,
+        folder: str | os.PathLike[str],
+        names: Iterable[str] | None = None,
+        formats: Iterable[str] = ("png",),
+    ) -> list[Path]:
+        """Write figures into `folder` as <name>.<format> and return the files; by default all that are available.
+
+        formats: png, svg, pdf. Raises ConfigurationError for unknown names or formats, WriteError if it cannot write.
+        """
+        endings = _several(formats)
+        for ending in endings:
+            if ending not in FORMATS:
+                raise ConfigurationError(f"format {shown(ending)} is not offered; {suggestion(ending, FORMATS)}")
+        chosen = self.available() if names is None else _several(names)
+        for name in chosen:
+            _figure(name)
+        from . import style
+
+        target = Path(folder)
+        written = []
+        try:
+            target.mkdir(parents=True, exist_ok=True)
+            for name in chosen:
+                canvas = self.draw(name)
+                for ending in endings:
+                    path = target / f"{name}.{ending}"
+                    style.write(canvas, path, _figure(name).title, _figure(name).caption)
+                    written.append(path)
+        except OSError as error:
+            raise WriteError(
+                f"could not write figures into {shown(str(target))}: {error.strerror or error}; choose another folder"
+            ) from None
+        return written
+
+    def film(self, path: str | os.PathLike[str], frames: int = 100, rate: int = 20) -> Path:
+        """Write a film of wall and pellet to `path` (.gif, or .mp4 where ffmpeg is there); see `plots.film`."""
+        from .film import film
+
+        return film(self._result, path, frames, rate)
+
+    def __getattr__(self, name: str) -> Callable[..., Canvas]:
+        known = figures()
+        if name not in known:
+            near = None if name.startswith("_") else nearest(name, known)
+            hint = f"; did you mean {near}?" if near else ""
+            raise AttributeError(f"there is no figure {name!r}{hint}")
+        drawer = functools.partial(self.draw, name)
+        drawer.__doc__ = f"{known[name].title}. {known[name].caption}"
+        return drawer
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *figures()})
+
+
+def _figure(name: str) -> Any:
+    known = figures()
+    if name not in known:
+        raise ConfigurationError(f"there is no figure {shown(name)}; {suggestion(str(name), known)}")
+    return known[name]
+
+
+def _several(items: Iterable[str]) -> tuple[str, ...]:
+    """A tuple of names; a single one may be given as plain text."""
+    return (items,) if isinstance(items, str) else tuple(items)

@@ -1,0 +1,149 @@
+"""What the figures show, as arrays in the units of the axes; no drawing here.
+
+Fields are those of the first column around (an axisymmetric wall has only that one).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..names import OUTPUTS
+
+if TYPE_CHECKING:
+    from ..result import Result
+
+Floats = NDArray[np.float64]
+
+KPA_PER_MMHG = 0.133322387415
+
+FACTORS = {
+    ("cm", "mm"): 10.0,
+    ("cm/s", "mm/s"): 10.0,
+    ("mN", "N"): 1e-3,
+    ("mN/cm", "N/cm"): 1e-3,
+    ("mN*cm", "mJ"): 1e-2,
+    ("kPa", "mmHg"): 1.0 / KPA_PER_MMHG,
+}
+"""(unit of the file, unit shown) -> factor."""
+
+
+def values(result: Result, name: str, unit: str | None = None) -> Floats:
+    """An output as an array over time and, for fields, place; in `unit`, or in the unit of the file."""
+    output = OUTPUTS[name]
+    array = np.asarray(result.arrays[name], dtype=np.float64)
+    if "theta" in output.dimensions and len(output.dimensions) > 1:
+        array = array[..., 0]
+    if unit is None or unit == output.unit:
+        return array
+    return array * FACTORS[output.unit, unit]
+
+
+def has_pellet(result: Result) -> bool:
+    """Whether the run has a pellet."""
+    return result.configuration.pellet.enabled
+
+
+def length(result: Result) -> float:
+    """Length of the undeformed tube [mm]; the ends are clamped, so that of the deformed tube too."""
+    return 10.0 * result.configuration.wall.length
+
+
+def pellet_radius(result: Result) -> float:
+    """Radius of the pellet [mm]."""
+    return 10.0 * result.configuration.pellet.radius
+
+
+def end_time(result: Result) -> float:
+    """Right edge of a time axis [s]: the last step, or one output interval if nothing was computed."""
+    last = float(values(result, "time_step")[-1])
+    return last if last > 0.0 else result.configuration.output.interval
+
+
+def at_frames(result: Result, name: str, unit: str | None = None) -> Floats:
+    """A scalar at the times of the stored fields."""
+    return np.interp(values(result, "time"), values(result, "time_step"), values(result, name, unit))
+
+
+def transit(result: Result) -> float | None:
+    """When the pellet was expelled [s], or None."""
+    found = result.summary.get("transit_s")
+    return None if found is None else float(found)
+
+
+def laboratory_axis(result: Result, count: int | None = None) -> Floats:
+    """Axial places fixed in space [mm], from the oral to the anal end; as many as the wall has nodes."""
+    return np.linspace(0.0, length(result), values(result, "z").size if count is None else count)
+
+
+def in_laboratory(result: Result, field: Floats, axis: Floats) -> Floats:
+    """A field on wall nodes, shape (n_time, n_z), at places fixed in space [mm], shape (n_time, n_axis).
+
+    Nodes move along the tube, so each frame is interpolated anew. Where a fold makes the wall run backwards, the
+    places already passed are skipped.
+    """
+    places = np.maximum.accumulate(values(result, "axial_position", "mm"), axis=1)
+    return np.stack([np.interp(axis, place, row) for place, row in zip(places, field, strict=True)])
+
+
+def diameter_map(result: Result) -> tuple[Floats, Floats, Floats]:
+    """Time [s], axial place [mm] and inner diameter [mm], shape (n_time, n_axis), in space."""
+    axis = laboratory_axis(result)
+    return values(result, "time"), axis, in_laboratory(result, 2.0 * values(result, "radius", "mm"), axis)
+
+
+def manometry(result: Result, spacing: float) -> tuple[Floats, Floats, Floats]:
+    """Time [s], places of sensors [mm] and pressure [mmHg], shape (n_time, n_sensors).
+
+    spacing: distance between sensors [mm]; the first is one spacing from the oral end. A sensor reads the lumen
+    pressure and, where the wall is pressed onto the pellet, the contact pressure besides.
+    """
+    count = max(1, int(np.ceil(length(result) / spacing - 1e-9)) - 1)
+    axis = spacing * np.arange(1, count + 1)
+    contact = np.nan_to_num(values(result, "contact_pressure", "mmHg"))
+    lumen = at_frames(result, "lumen_pressure", "mmHg")
+    return values(result, "time"), axis, lumen[:, None] + in_laboratory(result, contact, axis)
+
+
+def contact_map(result: Result, count: int = 241) -> tuple[Floats, Floats, Floats]:
+    """Time [s], place relative to the pellet's centre [mm] and contact pressure [kPa], shape (n_time, count)."""
+    relative = np.linspace(-1.0, 1.0, count) * pellet_radius(result)
+    centre = at_frames(result, "pellet_position", "mm")
+    contact = np.nan_to_num(values(result, "contact_pressure"))
+    places = np.maximum.accumulate(values(result, "axial_position", "mm"), axis=1)
+    rows = [
+        np.interp(relative + middle, place, row) for middle, place, row in zip(centre, places, contact, strict=True)
+    ]
+    return values(result, "time"), relative, np.stack(rows)
+
+
+def frames_at(result: Result, times: Sequence[float]) -> list[int]:
+    """Indices of the stored fields nearest to the given times [s], each once."""
+    stored = values(result, "time")
+    return sorted({int(np.argmin(np.abs(stored - time))) for time in times})
+
+
+def spread_frames(result: Result, count: int) -> list[int]:
+    """Indices of `count` stored fields spread evenly over the run; fewer if there are not as many."""
+    return frames_at(result, [float(time) for time in np.linspace(0.0, values(result, "time")[-1], count)])
+
+
+def edges(centres: Floats, width: float = 1.0) -> Floats:
+    """Borders of the cells around rising `centres`, one more than these; a single cell is `width` wide."""
+    if centres.size == 1:
+        return np.array([centres[0] - 0.5 * width, centres[0] + 0.5 * width])
+    middle = 0.5 * (centres[1:] + centres[:-1])
+    return np.concatenate([[centres[0]], middle, [centres[-1]]])
+
+
+def limits(*arrays: Floats, least: float) -> tuple[float, float]:
+    """Smallest and largest finite value, pushed apart to at least `least`."""
+    finite = np.concatenate([np.ravel(array)[np.isfinite(np.ravel(array))] for array in arrays])
+    if finite.size == 0:
+        return 0.0, least
+    low, high = float(finite.min()), float(finite.max())
+    missing = max(0.0, least - (high - low))
+    return low - 0.5 * missing, high + 0.5 * missing

@@ -1,0 +1,1 @@
+"""The figures, one per module; each module defines ``FIGURE``."""

@@ -1,0 +1,92 @@
+"""Potential, ion currents and calcium at a probe, in both layers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...errors import ConfigurationError
+from .. import data, style
+from ..data import Floats
+from ..figure import Figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+    from ...result import Result
+
+LAYERS = ("longitudinal", "circular")
+LARGE = {
+    "fast_calcium": (r"fast Ca$^{2+}$", style.VERMILION),
+    "potassium": (r"delayed K$^{+}$", style.BLUE),
+}
+SMALL = {
+    "slow_calcium": (r"slow Ca$^{2+}$", style.ORANGE),
+    "calcium_potassium": (r"Ca$^{2+}$-activated K$^{+}$", style.SKY),
+    "leak": (r"leak Cl$^{-}$", style.GREEN),
+}
+
+
+def currents_at(result: Result, layer: str, probe: int = 0) -> dict[str, Floats]:
+    """The five currents of a layer at a probe [uA/cm^2] at every step, before the tissue's rate factor."""
+    from ...build import cell_constants
+    from ...tissue.cells import plant
+
+    configuration = result.configuration
+    section = getattr(configuration, layer)
+    potential = data.values(result, f"potential_{layer}_probe")[:, probe]
+    gates = np.stack([data.values(result, f"{gate}_{layer}_probe")[:, probe] for gate in ("h", "n", "x", "calcium")])
+    conductances = np.repeat([[getattr(section, name)] for name in plant.CONDUCTANCES], potential.size, axis=1)
+    constants = cell_constants(configuration, configuration.tissue.kinetics_rate)
+    return plant.currents(potential, gates, conductances, constants)
+
+
+def draw(result: Result, probe: int = 0) -> Canvas:
+    """Traces at probe number `probe` of output.probes."""
+    places = data.values(result, "probe", "mm")
+    if not 0 <= probe < places.size:
+        raise ConfigurationError(
+            f"probe = {probe}: this run has {places.size} probes, counted from 0; add places to output.probes"
+        )
+    figure = style.canvas(result, 8.0, f"Ion currents at z = {places[probe]:.3g} mm")
+    grid = figure.subplots(4, 2, sharex=True, sharey="row")
+    time = data.values(result, "time_step")
+    flows = {layer: currents_at(result, layer, probe) for layer in LAYERS}
+    for side, layer in enumerate(LAYERS):
+        potential, large, small, calcium = grid[:, side]
+        potential.plot(time, data.values(result, f"potential_{layer}_probe")[:, probe], color=style.BLACK)
+        potential.axhline(
+            getattr(result.configuration, layer).threshold, color=style.GREY, linewidth=0.9, linestyle=":"
+        )
+        for axes, group in ((large, LARGE), (small, SMALL)):
+            axes.axhline(0.0, color=style.GREY, linewidth=0.6)
+            for name, (label, colour) in group.items():
+                axes.plot(time, flows[layer][name], color=colour, label=label)
+        calcium.plot(time, data.values(result, f"calcium_{layer}_probe")[:, probe], color=style.PURPLE)
+        style.time_axis(calcium, result)
+    for row, label in enumerate(("potential (mV)", "current (µA/cm²)", "current (µA/cm²)", "calcium (1)")):
+        grid[row, 0].set_ylabel(label)
+    calcium_curves = [data.values(result, f"calcium_{layer}_probe")[:, probe] for layer in LAYERS]
+    potentials = [data.values(result, f"potential_{layer}_probe")[:, probe] for layer in LAYERS]
+    grid[0, 0].set_ylim(style.widened(*data.limits(*potentials, least=20.0)))
+    grid[3, 0].set_ylim(style.widened(*data.limits(*calcium_curves, least=0.002)))
+    for row, group in ((1, LARGE), (2, SMALL)):
+        curves = [flows[layer][name] for layer in LAYERS for name in group]
+        grid[row, 0].set_ylim(style.finite_range(*curves, least=0.01))
+        grid[row, 1].legend(loc="best")
+    style.letters(list(grid[0]), [f"{layer} muscle" for layer in LAYERS])
+    figure.align_ylabels(grid[:, 0])
+    return figure
+
+
+FIGURE = Figure(
+    name="currents",
+    title="Ion currents at a probe",
+    caption=(
+        "Membrane potential (dotted: above this the muscle pulls), the five ion currents and intracellular calcium at "
+        "one place of the longitudinal (a) and the circular muscle (b). Currents are those of the cell, before the "
+        "factor by which the tissue's kinetics are slowed; outward is positive."
+    ),
+    draw=draw,
+)

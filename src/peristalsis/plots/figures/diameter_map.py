@@ -1,0 +1,62 @@
+"""Diameter of the tube over place and time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from .. import data, style
+from ..figure import Figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+    from ...result import Result
+
+
+def panel(axes: Axes, result: Result) -> Any:
+    """The map with the pellet on it; returns the mesh for a colour bar."""
+    from matplotlib.colors import Normalize
+
+    time, place, diameter = data.diameter_map(result)
+    norm = Normalize(*data.limits(diameter, least=0.2))
+    mesh = style.colour_map(axes, result, time, place, diameter, style.DIAMETER, norm)
+    if data.has_pellet(result):
+        pellet_track(axes, result)
+    style.axis_down(axes, result)
+    style.time_axis(axes, result)
+    return mesh
+
+
+def pellet_track(axes: Axes, result: Result, colour: str = "white", outline: str = "black") -> None:
+    """The pellet's centre and both its poles over time."""
+    time, centre = data.values(result, "time_step"), data.values(result, "pellet_position", "mm")
+    radius = data.pellet_radius(result)
+    effects = style.outlined(outline, 2.6)
+    axes.plot(time, centre, color=colour, linewidth=1.4, path_effects=effects, label="pellet, centre")
+    for pole, label in ((centre - radius, "pellet, poles"), (centre + radius, "_")):
+        axes.plot(time, pole, color=colour, linewidth=1.0, linestyle=(0, (4, 2)), path_effects=effects, label=label)
+
+
+def draw(result: Result) -> Canvas:
+    """Diameter map with the pellet's track."""
+    figure = style.canvas(result, 4.2, "Diameter map")
+    axes = figure.add_subplot()
+    mesh = panel(axes, result)
+    style.colour_bar(mesh, axes, "inner diameter (mm)")
+    if data.has_pellet(result):
+        legend = axes.legend(loc="upper right", labelcolor="white", framealpha=0.6)
+        legend.get_frame().set_facecolor("0.25")
+    return figure
+
+
+FIGURE = Figure(
+    name="diameter_map",
+    title="Diameter map",
+    caption=(
+        "Inner diameter of the tube (colour) over axial position in space, oral end at the top, and time. The wall "
+        "is interpolated from its moving points onto places fixed in space. Solid line: centre of the pellet; "
+        "dashed lines: its poles."
+    ),
+    draw=draw,
+)

@@ -1,0 +1,60 @@
+"""One page with the most important figures of a run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .. import data, style
+from ..figure import Figure
+from . import contact, diameter_map, potential_maps, stretch_map, track
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+    from ...result import Result
+
+
+def draw(result: Result) -> Canvas:
+    """Maps of diameter, stretch and potential; with a pellet its track, forces and contact besides."""
+    pellet = data.has_pellet(result)
+    figure = style.canvas(result, 9.6 if pellet else 5.4, "Overview")
+    rows = 4 if pellet else 2
+    grid = figure.subplots(rows, 2, sharex=True)
+    style.colour_bar(diameter_map.panel(grid[0, 0], result), grid[0, 0], "diameter (mm)")
+    style.colour_bar(stretch_map.panel(grid[0, 1], result), grid[0, 1], "stretch (1)")
+    norm = potential_maps.norm_of(result)
+    for side, layer in enumerate(potential_maps.LAYERS):
+        mesh = potential_maps.panel(grid[1, side], result, layer, norm)
+        style.colour_bar(mesh, grid[1, side], "potential (mV)")
+    titles = ["diameter", "longitudinal stretch", *(_wave_title(result, layer) for layer in potential_maps.LAYERS)]
+    if pellet:
+        track.position(grid[2, 0], result)
+        track.velocity(grid[2, 1], result)
+        track.forces(grid[3, 0], result)
+        grid[3, 0].legend(loc="center left", fontsize=8)
+        style.colour_bar(contact.panel(grid[3, 1], result), grid[3, 1], "pressure (kPa)")
+        titles += ["pellet position", "pellet velocity", "axial forces on the pellet", "contact pressure"]
+    panels: list[Axes] = list(grid.ravel())
+    for axes in panels[:-2]:
+        axes.set_xlabel("")
+    style.letters(panels, titles)
+    return figure
+
+
+def _wave_title(result: Result, layer: str) -> str:
+    speed = result.summary["wave_speed_cm_s"][layer]
+    return f"{layer} muscle" + ("" if speed is None else f", {speed:.2f} cm/s")
+
+
+FIGURE = Figure(
+    name="overview",
+    title="Overview of a run",
+    caption=(
+        "(a) Inner diameter in space with the pellet's centre (solid) and poles (dashed). (b) Longitudinal stretch and "
+        "(c, d) membrane potential of both muscle layers over the place in the undeformed tube; white line: first "
+        "activation, with its speed. (e) Position and (f) velocity of the pellet. (g) Axial forces on it, positive towards the "
+        "anal end. (h) Contact pressure over the distance from its centre. Oral end at the top throughout."
+    ),
+    draw=draw,
+)

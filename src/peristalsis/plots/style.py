@@ -1,0 +1,213 @@
+"""How every figure looks: fonts, colours, axes, and how it is written to a file."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import data
+from .data import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+    from ..result import Result
+
+WIDTH = 7.4
+"""Width of every figure [inch]; with DPI, 1184 pixels."""
+DPI = 160
+
+# Okabe and Ito's palette: told apart with any colour vision, and in print.
+BLACK, ORANGE, SKY, GREEN, YELLOW = "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442"
+BLUE, VERMILION, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#7A7A7A"
+LAYER_COLOURS = {"longitudinal": BLUE, "circular": VERMILION}
+
+DIAMETER, STRETCH, POTENTIAL, PRESSURE, TENSION = "viridis", "RdBu", "cividis", "magma", "viridis"
+"""Colour maps, all perceptually even; the diverging one is for stretch about 1."""
+
+_SETTINGS: dict[str, Any] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.5,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.5,
+    "xtick.labelsize": 9.0,
+    "ytick.labelsize": 9.0,
+    "legend.fontsize": 8.5,
+    "legend.frameon": True,
+    "legend.framealpha": 0.85,
+    "legend.edgecolor": "none",
+    "figure.titlesize": 10.0,
+    "axes.linewidth": 0.8,
+    "lines.linewidth": 1.6,
+    "xtick.direction": "out",
+    "ytick.direction": "out",
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "svg.fonttype": "none",
+    "svg.hashsalt": "peristalsis",
+    "pdf.fonttype": 42,
+}
+
+
+@contextmanager
+def applied() -> Iterator[None]:
+    """The settings of this package, whatever those of the caller; the caller's come back afterwards."""
+    import matplotlib
+
+    base = {key: value for key, value in matplotlib.rcParamsDefault.items() if not key.startswith("backend")}
+    with matplotlib.rc_context({**base, **_SETTINGS}):
+        yield
+
+
+def canvas(result: Result, height: float, title: str) -> Canvas:
+    """An empty figure with a line that says what it is and of which run."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.05, h_pad=0.05, hspace=0.03, wspace=0.03)  # type: ignore[union-attr]
+    figure.suptitle(f"{title}: {of_run(result)}", x=0.01, ha="left")
+    return figure
+
+
+def of_run(result: Result) -> str:
+    """Scenario, reading and end of a run in a few words."""
+    summary = result.summary
+    transit = data.transit(result)
+    if transit is not None:
+        ended = f"expelled at {transit:.2f} s"
+    else:
+        ended = f"{result.status.replace('_', ' ')}, {data.values(result, 'time_step')[-1]:.3g} s"
+    return f"{summary['scenario']}, reading {summary['reading']} ({ended})"
+
+
+def letters(panels: Sequence[Axes], titles: Sequence[str]) -> None:
+    """A bold letter and a title on every panel."""
+    for number, (panel, title) in enumerate(zip(panels, titles, strict=True)):
+        panel.set_title(rf"$\mathbf{{{chr(ord('a') + number)}}}$  {title}")
+
+
+def time_axis(axes: Axes, result: Result, label: bool = True) -> None:
+    """Time to the right [s], over the whole run."""
+    axes.set_xlim(0.0, data.end_time(result))
+    if label:
+        axes.set_xlabel("time (s)")
+
+
+def _ends(extent: float, joint: str) -> tuple[list[float], list[str]]:
+    from matplotlib.ticker import MaxNLocator
+
+    inner = [tick for tick in MaxNLocator(5).tick_values(0.0, extent) if 0.06 * extent < tick < 0.94 * extent]
+    ticks = [0.0, *(float(tick) for tick in inner), extent]
+    names = [f"{tick:g}" for tick in ticks]
+    names[0], names[-1] = f"oral{joint}{names[0]}", f"anal{joint}{names[-1]}"
+    if joint == "\n":
+        names[0], names[-1] = f"{ticks[0]:g}\noral", f"{ticks[-1]:g}\nanal"
+    return ticks, names
+
+
+def axis_down(axes: Axes, result: Result, label: str = "axial position (mm)") -> None:
+    """Place along the tube downwards [mm], the oral end at the top."""
+    extent = data.length(result)
+    axes.set_ylim(extent, 0.0)
+    axes.set_yticks(*_ends(extent, "  "))
+    axes.set_ylabel(label)
+
+
+def axis_right(axes: Axes, result: Result, label: str | None = "axial position (mm)") -> None:
+    """Place along the tube to the right [mm], the oral end at the left."""
+    extent = data.length(result)
+    axes.set_xlim(0.0, extent)
+    axes.set_xticks(*_ends(extent, "\n"))
+    if label is not None:
+        axes.set_xlabel(label)
+
+
+def colour_map(
+    axes: Axes, result: Result, time: Floats, place: Floats, field: Floats, cmap: str, norm: Any
+) -> Any:
+    """A map with time to the right and place downwards; `field` has shape (n_time, n_place)."""
+    width = result.configuration.output.interval
+    borders = data.edges(place)
+    return axes.pcolormesh(
+        data.edges(time, width), borders, field.T, cmap=cmap, norm=norm, shading="flat", rasterized=True
+    )
+
+
+def colour_bar(mesh: Any, axes: Axes | Sequence[Axes], label: str, **options: Any) -> Any:
+    """A colour bar to the right of the panel."""
+    first = axes if not isinstance(axes, Sequence) else axes[0]
+    bar = first.figure.colorbar(mesh, ax=axes, aspect=16, pad=0.015, fraction=0.06, **options)
+    bar.set_label(label)
+    bar.outline.set_linewidth(0.6)
+    return bar
+
+
+def second_unit(axes: Axes, factor: float, label: str) -> None:
+    """A second ordinate on the right: the left one times `factor`."""
+    other = axes.secondary_yaxis("right", functions=(lambda y: y * factor, lambda y: y / factor))
+    other.set_ylabel(label)
+
+
+def outlined(colour: str = "black", width: float = 3.0) -> list[Any]:
+    """A path effect that keeps a thin line or a text visible on any map."""
+    from matplotlib.patheffects import Normal, Stroke
+
+    return [Stroke(linewidth=width, foreground=colour), Normal()]
+
+
+def mark_expelled(axes: Axes, result: Result, text: bool = True) -> None:
+    """A vertical line where the pellet was expelled."""
+    when = data.transit(result)
+    if when is None:
+        return
+    axes.axvline(when, color=GREY, linewidth=1.0, linestyle=(0, (4, 2)), label="_expelled")
+    if text:
+        axes.annotate(
+            f"expelled {when:.2f} s",
+            (when, 0.03),
+            xycoords=("data", "axes fraction"),
+            xytext=(-3, 0),
+            textcoords="offset points",
+            rotation=90,
+            ha="right",
+            va="bottom",
+            fontsize=8.5,
+            color="0.35",
+        )
+
+
+def widened(low: float, high: float, share: float = 0.06) -> tuple[float, float]:
+    """Limits of an axis with some air around the data; never of no height."""
+    air = share * (high - low)
+    return (low - air, high + air) if high > low else (low - 1.0, high + 1.0)
+
+
+def finite_range(*curves: Floats, least: float) -> tuple[float, float]:
+    """Limits of an axis for curves that may be flat or hold nan."""
+    return widened(*data.limits(*curves, np.zeros(1), least=least))
+
+
+def write(figure: Canvas, path: Path, title: str, caption: str) -> None:
+    """Write a figure with its title and caption inside the file; the file appears whole or not at all."""
+    described: dict[str, dict[str, Any]] = {
+        "png": {"Title": title, "Description": caption},
+        "svg": {"Title": title, "Description": caption, "Date": None},
+        "pdf": {"Title": title, "Subject": caption, "CreationDate": None},
+    }
+    ending = path.suffix.removeprefix(".")
+    temporary = path.parent / f".tmp-{uuid.uuid4().hex[:8]}.{ending}"
+    try:
+        with applied():
+            figure.savefig(temporary, format=ending, metadata=described[ending])
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
