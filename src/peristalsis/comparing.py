@@ -94,7 +94,7 @@ def diameter_difference(first: Result, second: Result) -> tuple[Floats, Floats, 
     z = z[z <= second.arrays["z"][-1] * (1.0 + 1e-12)]
     if time.size < 2:
         raise ConfigurationError(
-            f"the runs have {time.size} stored time in common up to {until:g} s, too few for a map of differences; "
+            f"the runs share {time.size} stored time up to {until:g} s, too few for a map of differences; "
             "run them longer or shorten output.interval"
         )
     read = RegularGridInterpolator(
@@ -112,11 +112,13 @@ def tracks_figure(runs: Mapping[str, Result]) -> Canvas:
     axes = figure.subplots()
     for name, result in runs.items():
         if result.configuration.pellet.enabled:
-            axes.plot(result.arrays["time_step"], 10.0 * result.arrays["pellet_position"], label=name)
+            axes.plot(result.arrays["time_step"], 10.0 * result.arrays["pellet_position"], label=_label(name))
     if not axes.lines:
         raise ConfigurationError("none of the runs has a pellet, so there is no track; compare other runs")
     longest = max(result.configuration.wall.length for result in runs.values())
-    axes.set(xlabel="time (s)", ylabel="position of the pellet (mm)", ylim=(10.0 * longest, 0.0), title="Tracks")
+    axes.set(
+        xlabel="time (s)", ylabel="position of the pellet (mm)", ylim=(10.0 * longest, 0.0), title="Tracks"
+    )
     axes.legend()
     return figure
 
@@ -140,13 +142,23 @@ def difference_figure(names: tuple[str, str], first: Result, second: Result) -> 
         rasterized=True,
     )
     figure.colorbar(mesh, ax=axes, label="difference of diameter (mm)")
-    axes.set(xlabel="time (s)", ylabel="place in the undeformed tube (mm)", title=f"Diameter: {names[1]} less {names[0]}")
+    axes.set(
+        xlabel="time (s)",
+        ylabel="place in the undeformed tube (mm)",
+        title=f"Diameter: {_label(names[1])} less {_label(names[0])}",
+    )
     axes.invert_yaxis()
     return figure
 
 
+def _label(name: str) -> str:
+    """A name as matplotlib shows it: no formula, and never left out of a legend."""
+    plain = name.replace("$", r"\$")
+    return f" {plain}" if plain.startswith("_") else plain
+
+
 def draw(runs: Mapping[str, Result], folder: Path) -> tuple[list[Path], list[str]]:
-    """Write tracks.png and a difference map of every further run to the first; the files, and what was left out."""
+    """Write tracks.png and maps of every further run less the first; the files, and what was left out."""
     from .plots import style
 
     names, results = list(runs), list(runs.values())

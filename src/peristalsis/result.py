@@ -32,6 +32,9 @@ Floats = NDArray[np.float64]
 FAST_PART = (3.0, 8.0)
 """Stretch of the undeformed tube over which wave speeds are measured [cm]."""
 
+SMALLEST_WORK = 1.0
+"""Least work against which the balance of a run is measured [mN cm]: at rest there is nothing to compare with."""
+
 RESULT_FILE, SUMMARY_FILE, CONFIGURATION_FILE = "result.nc", "summary.json", "config.toml"
 
 
@@ -250,7 +253,7 @@ def summarise(
     speeds = {
         layer: wave_speed(arrays["z_cell"], arrays[f"activation_{layer}"][:, 0]) for layer in ("longitudinal", "circular")
     }
-    residual = float(np.abs(arrays["power_residual"]).max()) / absolute_work if absolute_work > 0.0 else 0.0
+    residual = float(np.abs(arrays["power_residual"]).max()) / max(absolute_work, SMALLEST_WORK)
 
     def peak(name: str) -> float | None:
         return float(np.nanmax(np.abs(arrays[name]))) if pellet else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -10,16 +10,17 @@ from .dispatch import Job
 from .inputs import Input
 
 EXIT_CODES = (
-    "Exit codes: 0 finished, whatever the pellet did; 1 a check ran and failed; 2 bad input; 3 the run diverged; "
-    "4 a result could not be written; 130 interrupted."
+    "Exit codes: 0 finished, whatever the pellet did; 1 a check ran and failed; 2 bad input; "
+    "3 the run diverged; 4 a result could not be written; 130 interrupted."
 )
 
 EXAMPLES = {
-    "": ("peristalsis list", "peristalsis run baseline", "peristalsis compare out/baseline out/reflex-only"),
+    "": ("peristalsis list", "peristalsis run baseline", "peristalsis compare out/baseline out/reflex_only"),
     "run": (
         "peristalsis run baseline",
         "peristalsis run baseline --reading stretched --out out/stretched",
-        "peristalsis run baseline --set 'pellet.viscous_friction=120 mN*s/cm' --set reflex.enabled=false --out out/thin",
+        "peristalsis run baseline --set 'pellet.viscous_friction=120 mN*s/cm' --out out/thin",
+        "peristalsis run baseline --set reflex.enabled=false --set 'run.duration=1 s' --out out/short",
         "peristalsis run --config my.toml --out out/mine --json",
     ),
     "list": ("peristalsis list", "peristalsis list --json"),
@@ -31,12 +32,15 @@ EXAMPLES = {
     "schema": ("peristalsis schema",),
     "validate": ("peristalsis validate my.toml",),
     "cite": ("peristalsis cite baseline", "peristalsis cite out/baseline"),
-    "plot": ("peristalsis plot out/baseline", "peristalsis plot out/baseline overview --format pdf --format svg"),
+    "plot": (
+        "peristalsis plot out/baseline",
+        "peristalsis plot out/baseline overview --format pdf --format svg",
+    ),
     "film": ("peristalsis film out/baseline", "peristalsis film out/baseline --out baseline.gif"),
     "export": ("peristalsis export out/baseline", "peristalsis export out/baseline --out tables"),
     "compare": (
         "peristalsis compare out/baseline out/thin",
-        "peristalsis compare out/baseline out/thin out/reflex-only --out out/compared",
+        "peristalsis compare out/baseline out/thin out/reflex_only --out out/compared",
     ),
     "version": ("peristalsis version",),
 }
@@ -44,11 +48,9 @@ EXAMPLES = {
 
 
 def _epilog(command: str) -> str:
-    """Examples, one a line; a blank line is a line break to typer."""
-    lines = ["Examples:", *EXAMPLES[command]]
-    if command in ("", "run"):
-        lines.append(EXIT_CODES)
-    return "\n\n".join(lines)
+    """Examples, one a line: the mark keeps the lines as they are."""
+    examples = "\n".join(("\b", "Examples:", *EXAMPLES[command]))
+    return f"{examples}\n\n{EXIT_CODES}" if command in ("", "run") else examples
 
 
 app = typer.Typer(
@@ -60,27 +62,38 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-Name = Annotated[str, typer.Argument(metavar="NAME", help="Scenario, as in 'peristalsis list'.", show_default=False)]
+Name = Annotated[
+    str, typer.Argument(metavar="NAME", help="Scenario, see peristalsis list.", show_default=False)
+]
 MaybeName = Annotated[
-    Optional[str],  # noqa: UP045 - older typer reads this form only
-    typer.Argument(metavar="[NAME]", help="Scenario, as in 'peristalsis list'; may stand in FILE.", show_default=False),
+    str | None,
+    typer.Argument(
+        metavar="[NAME]", help="Scenario, see peristalsis list; FILE may name it.", show_default=False
+    ),
 ]
 Reading = Annotated[
-    Optional[str],  # noqa: UP045
-    typer.Option("--reading", metavar="R", help="How doubtful numbers of the paper are read: tight, stretched, printed."),
+    str | None,
+    typer.Option(
+        "--reading", metavar="R", help="Reading of the paper's doubtful numbers: tight, stretched or printed."
+    ),
 ]
 Settings = Annotated[
-    Optional[list[str]],  # noqa: UP045
-    typer.Option("--set", metavar="KEY=VALUE", help="Change one parameter; numbers carry a unit. May be repeated."),
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Change one parameter; numbers carry a unit. May be repeated."
+    ),
 ]
 Config = Annotated[
-    Optional[str],  # noqa: UP045
+    str | None,
     typer.Option("--config", metavar="FILE", help="TOML file of parameters, laid over the scenario."),
 ]
 Json = Annotated[
-    bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
+    bool,
+    typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong."),
 ]
-Folder = Annotated[str, typer.Argument(metavar="FOLDER", help="Folder of a stored run, such as out/baseline.")]
+Folder = Annotated[
+    str, typer.Argument(metavar="FOLDER", help="Folder of a stored run, such as out/baseline.")
+]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 
 
@@ -88,9 +101,15 @@ Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is th
 def root(
     context: typer.Context,
     show_version: Annotated[bool, typer.Option("--version", help="Show the version and stop.")] = False,
-) -> Optional[Job]:  # noqa: UP045
+) -> Job | None:
     """Electromechanical model of colonic propulsion: waves in two muscle layers, a soft wall, a pellet."""
-    return None
+    if context.invoked_subcommand is not None:
+        return None
+    if not show_version:
+        raise typer.BadParameter("no command is given")
+    from .showing import version
+
+    return Job(version)
 
 
 @app.command("run", epilog=_epilog("run"))
@@ -100,7 +119,7 @@ def run_(
     settings: Settings = None,
     config: Config = None,
     out: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option("--out", metavar="DIR", help="Folder of the result; out/NAME unless given."),
     ] = None,
     overwrite: Overwrite = False,
@@ -109,8 +128,8 @@ def run_(
 ) -> Job:
     """Run a scenario, store its result, draw its pictures.
 
-    The folder holds result.nc (every output with its unit), summary.json, config.toml and pictures. It appears
-    complete or not at all. A run that diverges or is interrupted stores its history up to there.
+    The folder holds result.nc (every output with its unit), summary.json, config.toml and pictures. It
+    appears complete or not at all. A run that diverges or is interrupted stores its history up to there.
     """
     from .running import Order, run
 
@@ -120,7 +139,10 @@ def run_(
 
 @app.command("list", epilog=_epilog("list"))
 def list_(as_json: Json = False) -> Job:
-    """List the scenarios with what is expected of them, and the readings of the paper."""
+    """List scenarios and readings.
+
+    Each scenario with what is expected of it, each reading of the paper with its reason.
+    """
     from .showing import list_scenarios
 
     return Job(list_scenarios)
@@ -130,16 +152,21 @@ def list_(as_json: Json = False) -> Job:
 def show_(
     name: Name,
     section: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Argument(metavar="[SECTION]", help="Section or parameter, such as pellet; all unless given."),
     ] = None,
     reading: Reading = None,
     settings: Settings = None,
     config: Config = None,
-    toml: Annotated[bool, typer.Option("--toml", help="Write the configuration file instead of a table.")] = False,
+    toml: Annotated[
+        bool, typer.Option("--toml", help="Write the configuration file instead of a table.")
+    ] = False,
     as_json: Json = False,
 ) -> Job:
-    """Show every parameter of a scenario: value, tag, what the paper prints where that is in doubt, and source."""
+    """Show every parameter of a scenario.
+
+    Its value and unit, its tag, its source, and what the paper prints where that is in doubt.
+    """
     from .showing import show
 
     return Job(lambda screen: show(Input(name, reading, settings or (), config), section, toml, screen), name)
@@ -155,9 +182,13 @@ def schema_(as_json: Json = False) -> Job:
 
 @app.command("validate", epilog=_epilog("validate"))
 def validate_(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="TOML file of parameters.")], as_json: Json = False
+    file: Annotated[str, typer.Argument(metavar="FILE", help="TOML file of parameters.")],
+    as_json: Json = False,
 ) -> Job:
-    """Check a configuration file without running it: exit code 0 if it is valid, 2 if not."""
+    """Check a configuration file.
+
+    Nothing is run. Exit code 0 if the file is valid, 2 if not.
+    """
     from .showing import validate
 
     return Job(lambda screen: validate(file, screen))
@@ -171,7 +202,10 @@ def cite_(
     config: Config = None,
     as_json: Json = False,
 ) -> Job:
-    """List the sources of the numbers of a run, and the numbers that were changed."""
+    """List the sources of a run's numbers.
+
+    And the numbers that a scenario or a user changed.
+    """
     from .showing import cite
 
     return Job(lambda screen: cite(Input(name, reading, settings or (), config), screen), name)
@@ -181,20 +215,25 @@ def cite_(
 def plot_(
     folder: Folder,
     names: Annotated[
-        Optional[list[str]],  # noqa: UP045
+        list[str] | None,
         typer.Argument(metavar="[NAMES]...", help="Figures, such as overview; all unless given."),
     ] = None,
     formats: Annotated[
-        Optional[list[str]],  # noqa: UP045
-        typer.Option("--format", metavar="png|svg|pdf", help="File format, png unless given. May be repeated."),
+        list[str] | None,
+        typer.Option(
+            "--format", metavar="png|svg|pdf", help="File format, png unless given. May be repeated."
+        ),
     ] = None,
     out: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option("--out", metavar="DIR", help="Folder of the pictures; FOLDER unless given."),
     ] = None,
     as_json: Json = False,
 ) -> Job:
-    """Draw the figures of a stored run again, over the old ones."""
+    """Draw the figures of a stored run again.
+
+    Those of the same name are replaced.
+    """
     from .stored import plot
 
     return Job(lambda screen: plot(folder, names or (), formats or (), out, screen))
@@ -204,13 +243,15 @@ def plot_(
 def film_(
     folder: Folder,
     out: Annotated[
-        Optional[str],  # noqa: UP045
-        typer.Option("--out", metavar="FILE", help="A .gif, or .mp4 where ffmpeg is; FOLDER/film.gif unless given."),
+        str | None,
+        typer.Option(
+            "--out", metavar="FILE", help="A .gif, or .mp4 where ffmpeg is; FOLDER/film.gif unless given."
+        ),
     ] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> Job:
-    """Write a film of wall and pellet of a stored run."""
+    """Write a film of a stored run: wall and pellet."""
     from .stored import film
 
     return Job(lambda screen: film(folder, out, overwrite, screen))
@@ -220,7 +261,7 @@ def film_(
 def export_(
     folder: Folder,
     out: Annotated[
-        Optional[str],  # noqa: UP045
+        str | None,
         typer.Option("--out", metavar="DIR", help="Folder of the tables; FOLDER/csv unless given."),
     ] = None,
     overwrite: Overwrite = False,
@@ -236,13 +277,18 @@ def export_(
 def compare_(
     runs: Annotated[list[str], typer.Argument(metavar="RUN RUN...", help="Folders of stored runs.")],
     out: Annotated[
-        Optional[str],  # noqa: UP045
-        typer.Option("--out", metavar="DIR", help="Also write pictures: tracks, and diameter less that of the first run."),
+        str | None,
+        typer.Option(
+            "--out", metavar="DIR", help="Also draw tracks, and diameter less that of the first run."
+        ),
     ] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> Job:
-    """Set the numbers of stored runs side by side, and the parameters in which they differ."""
+    """Compare stored runs: numbers side by side.
+
+    And the parameters in which the runs differ.
+    """
     from .stored import compare
 
     return Job(lambda screen: compare(runs, out, overwrite, screen))
@@ -250,7 +296,7 @@ def compare_(
 
 @app.command("version", epilog=_epilog("version"))
 def version_(as_json: Json = False) -> Job:
-    """Show the versions of this package and of what its numbers depend on."""
+    """Show versions: this package, and what it rests on."""
     from .showing import version
 
     return Job(version)

@@ -26,7 +26,7 @@ class Job:
 
 
 def dispatch(words: Sequence[str]) -> int:
-    """Carry out a command line; whatever goes wrong is one line on stderr, and one JSON object with --json."""
+    """Carry out a command line; what goes wrong is one line on stderr, and one JSON object with --json."""
     with forgiving_streams() as streams:
         screen = Screen(json="--json" in words)
         with sigterm_as_interrupt():
@@ -48,7 +48,7 @@ def _carry_out(words: Sequence[str], screen: Screen) -> int:
     except PeristalsisError as error:
         return screen.fail(error)
     except KeyboardInterrupt:
-        return screen.fail(InterruptedRun("interrupted; nothing was written"))
+        return screen.fail(InterruptedRun(screen.if_interrupted))
     except MemoryError:
         return screen.fail(PeristalsisError("not enough memory; use fewer cells or a longer output.interval"))
     except Exception as error:
@@ -66,7 +66,7 @@ def _parse(words: Sequence[str]) -> Job | int:
 
     from .commands import app
 
-    # typer carries its own copy of click in some versions; the class of all usage errors is reached through it.
+    # Some versions of typer carry their own click, so the class of all usage errors is reached through typer.
     usage_error: type[Exception] = typer.BadParameter.__bases__[0]
     try:
         _refuse_repeated(words)

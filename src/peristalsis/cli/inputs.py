@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..config import Configuration
 from ..errors import ConfigurationError, shown
+
+if TYPE_CHECKING:
+    from ..config import Configuration
 
 
 @dataclass(frozen=True)
@@ -24,10 +27,14 @@ class Input:
         from .. import scenarios
 
         if self.name is None and self.file is None:
-            raise ConfigurationError("no scenario is named; name one (see peristalsis list) or give --config FILE")
+            raise ConfigurationError(
+                "no scenario is named; name one (see peristalsis list) or give --config FILE"
+            )
         changes = read_settings(self.settings)
         if self.reading is not None and "reading" in changes:
-            raise ConfigurationError(f"reading = {shown(changes['reading'])}: --reading is given as well; keep one")
+            raise ConfigurationError(
+                f"reading = {shown(changes['reading'])}: --reading is given as well; keep one"
+            )
         file = None if self.file is None else Path(self.file)
         return scenarios.configuration(self.name, reading=self.reading, changes=changes, file=file)
 
@@ -43,7 +50,9 @@ def read_settings(settings: Sequence[str]) -> dict[str, str]:
                 "--set 'pellet.viscous_friction=120 mN*s/cm'"
             )
         if key == "scenario":
-            raise ConfigurationError(f"--set {shown(setting)}: the scenario is the argument NAME; leave this out")
+            raise ConfigurationError(
+                f"--set {shown(setting)}: the scenario is the argument NAME; leave this out"
+            )
         if key in changes:
             raise ConfigurationError(f"{shown(key)} is given twice by --set; keep one")
         changes[key] = value

@@ -21,18 +21,20 @@ FRICTION = {
 
 
 def print_summary(result: Result, target: Path, pictures: tuple[str, ...], screen: Screen) -> None:
-    """The outcome, the numbers in two units, friction beside what the paper prints, and where everything is."""
+    """The outcome, the numbers in two units, friction beside what the paper prints, and where it all is."""
     summary = result.summary
     title = f"{summary['scenario']}, reading {summary['reading']}: {str(summary['status']).replace('_', ' ')}"
     screen.table(("quantity", "value", "in other units"), _rows(result), title)
-    friction = [
-        _friction_row(entry) for entry in result.configuration.items() if entry.key in FRICTION
-    ] if result.configuration.pellet.enabled else []
+    friction = (
+        [_friction_row(entry) for entry in result.configuration.items() if entry.key in FRICTION]
+        if result.configuration.pellet.enabled
+        else []
+    )
     if friction:
         screen.table(("friction of the pellet", "used", "in other units", "printed in the paper"), friction)
     screen.say(f"saved in {spelled(target)}")
     if pictures:
-        screen.say(f"pictures: {', '.join(pictures)}")
+        screen.say(f"pictures there: {', '.join(pictures)}; all others: peristalsis plot {spelled(target)}")
 
 
 def number_text(value: float | None, unit: str, scale: float = 1.0) -> str:

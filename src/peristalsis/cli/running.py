@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from ..config import Configuration
     from ..result import Result
 
+PICTURES = ("overview", "track", "diameter_map", "wall_shapes")
+"""Drawn after every run, where they apply; `peristalsis plot` draws all."""
+
 Failure = DivergenceError | InterruptedRun
 
 
@@ -37,6 +40,7 @@ def run(order: Order, screen: Screen) -> int:
     screen.scenario = configuration.scenario
     target = Path("out", configuration.scenario) if order.out is None else Path(order.out)
     refuse_target(target, order.overwrite)
+    screen.if_interrupted = "interrupted; nothing was written"
     result, failure = _simulate(configuration, screen)
     drawing = Drawing(result, wanted=order.pictures and not isinstance(failure, InterruptedRun))
     try:
@@ -44,6 +48,7 @@ def run(order: Order, screen: Screen) -> int:
     except WriteError as error:
         fields = _plain(result) | {"status": error.status, "error": str(error)}
         return screen.fail(error, fields)
+    screen.if_interrupted = f"interrupted; the result is in {spelled(target)}"
     if failure is not None:
         return screen.fail(failure, _plain(result), also=f" (saved in {spelled(target)})")
     screen.answer(_plain(result))
@@ -66,7 +71,7 @@ def refuse_target(target: Path, overwrite: bool) -> None:
             pass
     except OSError as error:
         raise WriteError(
-            f"{spelled(target)} cannot be written: {error.strerror or error}; choose another folder with --out"
+            f"{spelled(target)} cannot be written: {error.strerror or error}; choose another one with --out"
         ) from None
 
 
@@ -90,7 +95,9 @@ def _save(result: Result, target: Path, overwrite: bool, drawing: Drawing) -> No
     except WriteError:
         raise
     except Exception as error:  # the file library has errors of its own when a disk is full
-        raise WriteError(f"could not write {spelled(target)}: {error}; choose another folder with --out") from None
+        raise WriteError(
+            f"could not write {spelled(target)}: {error}; choose another folder with --out"
+        ) from None
 
 
 def _plain(result: Result) -> dict[str, object]:
@@ -117,7 +124,8 @@ class Drawing:
         try:
             with held.released():
                 apart.mkdir()
-                self._result.plot.save(apart)
+                plots = self._result.plot
+                plots.save(apart, [name for name in PICTURES if name in plots.available()])
                 drawn = sorted(apart.iterdir())
                 for picture in drawn:
                     picture.replace(folder / picture.name)

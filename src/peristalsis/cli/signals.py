@@ -1,4 +1,4 @@
-"""What Ctrl-C and SIGTERM do while a command is carried out. Between the steps of a run, the Simulation decides."""
+"""What Ctrl-C and SIGTERM do while a command is carried out; in a run, the Simulation stops between steps."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 @contextmanager
-def _handled(handler: Callable[[int, FrameType | None], Any], numbers: tuple[signal.Signals, ...]) -> Iterator[None]:
+def _handled(
+    handler: Callable[[int, FrameType | None], Any], numbers: tuple[signal.Signals, ...]
+) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread may set handlers
         return

@@ -25,11 +25,15 @@ def plot(folder: str, names: Sequence[str], formats: Sequence[str], out: str | N
     """Draw the figures of a stored run again, over the old ones."""
     for name in formats:
         if name not in FORMATS:
-            raise ConfigurationError(f"--format {shown(name)}: not one of {', '.join(FORMATS)}; {suggestion(name, FORMATS)}")
+            raise ConfigurationError(
+                f"--format {shown(name)}: not one of {', '.join(FORMATS)}; {suggestion(name, FORMATS)}"
+            )
     result = _load(folder, screen)
     target = Path(folder if out is None else out)
     chosen = list(dict.fromkeys(names)) or None
-    files = _written(target, lambda: result.plot.save(target, chosen, formats=tuple(dict.fromkeys(formats)) or ("png",)))
+    files = _written(
+        target, lambda: result.plot.save(target, chosen, formats=tuple(dict.fromkeys(formats)) or ("png",))
+    )
     return _say_written(files or [], screen)
 
 
@@ -37,7 +41,9 @@ def film(folder: str, out: str | None, overwrite: bool, screen: Screen) -> int:
     """Write a film of a stored run."""
     target = Path(folder, "film.gif") if out is None else Path(out)
     if target.suffix.lower() not in FILMS:
-        raise ConfigurationError(f"--out {shown(str(target))}: a film ends in {' or '.join(FILMS)}; rename it")
+        raise ConfigurationError(
+            f"--out {shown(str(target))}: a film ends in {' or '.join(FILMS)}; rename it"
+        )
     result = _load(folder, screen)
     _refuse_existing(target, overwrite or out is None)
     _written(target, lambda: result.plot.film(target))
@@ -56,11 +62,13 @@ def export(folder: str, out: str | None, overwrite: bool, screen: Screen) -> int
 
 
 def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Screen) -> int:
-    """Numbers of several stored runs side by side; with a folder, pictures of their tracks and differences."""
+    """Numbers of stored runs side by side; with a folder, pictures of their tracks and differences."""
     from .. import comparing
 
     if len(folders) < 2:
-        raise ConfigurationError(f"RUN = {shown(folders[0])}: there is nothing to compare it with; name a second folder")
+        raise ConfigurationError(
+            f"RUN = {shown(folders[0])}: there is nothing to compare it with; name a second folder"
+        )
     runs = {name: _load(folder, screen) for name, folder in zip(labels(folders), folders, strict=True)}
     target = None if out is None else Path(out)
     if target is not None:
@@ -79,7 +87,7 @@ def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Sc
     ]
     screen.table(("quantity", *runs), numbers)
     if changed:
-        screen.table(("changed parameter", *runs), ((key, *map(str, values)) for key, values in changed.items()))
+        screen.table(("they differ in", *runs), ((key, *map(str, values)) for key, values in changed.items()))
     else:
         screen.say("the runs have the same parameters")
     content: dict[str, Any] = {
@@ -95,7 +103,7 @@ def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Sc
 
 
 def labels(folders: Sequence[str]) -> list[str]:
-    """Names for the runs: the last part of each folder where that tells them apart, else the whole; never twice."""
+    """Names for the runs: the last part of each folder where that tells them apart, else the whole."""
     last = [Path(folder).resolve().name for folder in folders]
     names = [folder if Counter(last)[name] > 1 else name for folder, name in zip(folders, last, strict=True)]
     repeated = [name for name, count in Counter(names).items() if count > 1]
@@ -129,7 +137,9 @@ def _load(folder: str, screen: Screen) -> Result:
     try:
         result = load(folder)
     except OSError as error:
-        raise ConfigurationError(f"{shown(folder)} cannot be read: {error.strerror or error}; check the name") from None
+        raise ConfigurationError(
+            f"{shown(folder)} cannot be read: {error.strerror or error}; check the name"
+        ) from None
     screen.scenario = result.configuration.scenario
     return result
 

@@ -103,6 +103,8 @@ class Screen:
     def __init__(self, json: bool) -> None:
         self.json = json
         self.scenario: str | None = None
+        self.if_interrupted = "interrupted"
+        self._answered = False
 
     def say(self, text: str) -> None:
         """A line of an answer for a person; nothing with --json."""
@@ -110,8 +112,9 @@ class Screen:
             print(text, file=sys.stdout)
 
     def answer(self, content: Any) -> None:
-        """The JSON object; nothing without --json."""
-        if self.json:
+        """The JSON object; nothing without --json, nor a second time."""
+        if self.json and not self._answered:
+            self._answered = True
             print(json.dumps(content, indent=2, allow_nan=False), file=sys.stdout)
 
     def table(self, columns: Sequence[str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
@@ -144,15 +147,18 @@ class Screen:
     def fail(self, error: PeristalsisError, fields: Mapping[str, Any] | None = None, also: str = "") -> int:
         """One line on stderr, one object on stdout with --json, and the exit code.
 
-        fields: the object; its scenario, status and error are filled in where it has none. also: more for stderr.
+        fields: what the object holds besides scenario, status and error, or instead. also: more for stderr.
         """
-        self.line(f"{'interrupted' if error.status == 'interrupted' else 'error'}: {error}{also}")
-        self.answer({"scenario": self.scenario, "status": error.status, "error": str(error)} | dict(fields or {}))
+        said = str(error)
+        self.line(f"{said if said.startswith(error.status) else f'error: {said}'}{also}")
+        self.answer(
+            {"scenario": self.scenario, "status": error.status, "error": str(error)} | dict(fields or {})
+        )
         return error.exit_code
 
 
 class RunProgress:
-    """How far a run is, on stderr: a bar on a terminal, else a line for every tenth. Nothing before `start`."""
+    """How far a run is, on stderr: a bar on a terminal, else a line for every tenth; none before `start`."""
 
     def __init__(self, screen: Screen, duration: float, pellet: bool) -> None:
         self._screen = screen

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.tube import lumen_volume
 from ..numerics.compiled import compiled
@@ -13,7 +14,9 @@ from ..pellet.friction import sliding_velocity
 from ..wall.membrane import PARTS, WallConstants, corner_tension
 from .fields import column
 from .model import Model
-from .state import State
+from .state import State, WallState
+
+Floats = NDArray[np.float64]
 
 
 class Work(NamedTuple):
@@ -52,6 +55,7 @@ def work_of_step(model: Model, before: State, after: State) -> Work:
         model.wall,
         parts,
     )
+    parts[2] += _bending_loss(model, old, new)
     pellet_volume = model.pellet.volume if model.pellet.present else 0.0
     gas = _gas_energy(model, lumen_volume(rho_0, zeta_0) - pellet_volume)
     gas -= _gas_energy(model, lumen_volume(rho_1, zeta_1) - pellet_volume)
@@ -63,6 +67,18 @@ def work_of_step(model: Model, before: State, after: State) -> Work:
     dt = model.dt_wall
     lost_pellet = 0.5 * dt * (_friction_power(model, before) + _friction_power(model, after))
     return Work(-parts[1], gas, parts[0], parts[2] + parts[3], lost_pellet, kinetic)
+
+
+def _bending_loss(model: Model, old: WallState, new: WallState) -> float:
+    """Work lost in the bending viscosity [mN cm]: its trapezoidal force on the change of curvature."""
+    wall = model.wall
+
+    def second(field: Floats) -> Floats:
+        return np.asarray(field[:-2, 0] - 2.0 * field[1:-1, 0] + field[2:, 0])[:, [0, 2]]
+
+    mean = 0.5 * (second(old.velocity) + second(new.velocity))
+    change = second(new.position) - second(old.position)
+    return float(2.0 * math.pi * wall.radius * wall.bending_viscosity / wall.element_size**3 * (mean * change).sum())
 
 
 def _gas_energy(model: Model, volume: float) -> float:

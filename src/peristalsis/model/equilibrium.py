@@ -139,6 +139,7 @@ def solve_equilibrium(
         ok = assemble_wall(
             rho,
             zeta,
+            history,
             stretch_history,
             hoop_history,
             step.slope,

@@ -92,7 +92,7 @@ def end_reactions(wall: WallState, constants: WallConstants, pressure: float) ->
         hoops = position[:2, 0] if element == 0 else position[-2:, 0]
         total = corners[element, :, 0, TOTAL_LONGITUDINAL]
         nominal = total * hoops / constants.radius if constants.published else total
-        bending = _bending_reaction(position, constants, node)
+        bending = _bending_reaction(position, wall.velocity[:, 0, :], constants, node)
         tension = float(nominal.mean()) * step[2] / (stretch * constants.element_size) + bending
         a, b = hoops
         lumen = pressure * math.pi / 3.0 * float(a * a + a * b + b * b)
@@ -101,10 +101,10 @@ def end_reactions(wall: WallState, constants: WallConstants, pressure: float) ->
     return forces[0], forces[1], float(slack.mean())
 
 
-def _bending_reaction(position: Floats, constants: WallConstants, node: int) -> float:
+def _bending_reaction(position: Floats, velocity: Floats, constants: WallConstants, node: int) -> float:
     """Axial force that the bending regulariser passes to an end node [mN/cm]."""
-    factor = constants.bending_stiffness / constants.element_size**3
     inner = 1 if node == 0 else -2
     outer = (0, 1, 2) if node == 0 else (-3, -2, -1)
-    second = position[outer[0], 2] - 2.0 * position[inner, 2] + position[outer[2], 2]
-    return float(-factor * second if node == 0 else factor * second)
+    bent, bending = (field[outer[0], 2] - 2.0 * field[inner, 2] + field[outer[2], 2] for field in (position, velocity))
+    force = (constants.bending_stiffness * bent + constants.bending_viscosity * bending) / constants.element_size**3
+    return float(-force if node == 0 else force)

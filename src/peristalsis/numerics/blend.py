@@ -27,3 +27,15 @@ def floored(value: float, width: float, slope: float) -> tuple[float, float]:
         return value, 1.0
     part, derivative = positive_part(value, width)
     return slope * value + (1.0 - slope) * part, slope + (1.0 - slope) * derivative
+
+
+@compiled
+def fold_resistance(stretch: float, limit: float, tension: float) -> tuple[float, float]:
+    """Compression [same unit as `tension`] of a wall folded below the stretch `limit`, and its derivative, Eq. (36).
+
+    -tension*(limit/stretch - 1)^2 below the limit, zero above it: negligible until the folds are packed.
+    """
+    if stretch >= limit:
+        return 0.0, 0.0
+    excess = limit / stretch - 1.0
+    return -tension * excess * excess, 2.0 * tension * excess * limit / (stretch * stretch)

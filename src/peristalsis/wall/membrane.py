@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..numerics.banded import HALF_WIDTH
-from ..numerics.blend import floored, positive_part
+from ..numerics.blend import floored, fold_resistance, positive_part
 from ..numerics.compiled import compiled
 from .active import ActiveConstants, active_tension
 from .passive import LARGEST_EXPONENT, PassiveConstants, passive_tension
@@ -29,8 +29,11 @@ class WallConstants(NamedTuple):
     viscosity: float
     surface_density: float
     bending_stiffness: float
+    bending_viscosity: float
     slack_blend: float
     slack_slope: float
+    fold_stretch: float
+    fold_tension: float
     published: bool
     passive: PassiveConstants
     longitudinal: ActiveConstants
@@ -72,10 +75,14 @@ def nominal_tensions(
     tl, dl = floored(c.viscosity * rate_longitudinal + drive_longitudinal * al + pl, c.slack_blend, c.slack_slope)
     tc, dc = floored(c.viscosity * rate_circumferential + drive_circular * ac + pc, c.slack_blend, c.slack_slope)
     viscous = c.viscosity * rate_slope
-    tll = dl * (viscous + drive_longitudinal * dal + dpl * wll)
+    fold_l, dfold_l = fold_resistance(longitudinal, c.fold_stretch, c.fold_tension)
+    fold_c, dfold_c = fold_resistance(circumferential, c.fold_stretch, c.fold_tension)
+    tl += fold_l
+    tc += fold_c
+    tll = dl * (viscous + drive_longitudinal * dal + dpl * wll) + dfold_l
     tlc = dl * dpl * wlc
     tcl = dc * dpc * wlc
-    tcc = dc * (viscous + drive_circular * dac + dpc * wcc)
+    tcc = dc * (viscous + drive_circular * dac + dpc * wcc) + dfold_c
     if c.published:
         return (
             tl * circumferential,
@@ -92,6 +99,7 @@ def nominal_tensions(
 def assemble_wall(
     rho: np.ndarray,
     zeta: np.ndarray,
+    history: np.ndarray,
     stretch_history: np.ndarray,
     hoop_history: np.ndarray,
     rate_slope: float,
@@ -103,7 +111,8 @@ def assemble_wall(
 ) -> bool:
     """Internal forces of the wall and their tangent, added into `residual` (2n,) and `matrix` (at least 2n, 11).
 
-    rho, zeta: nodes [cm], (n,). Histories: stretches of element and node from which rates are formed, Eq. (32).
+    rho, zeta: nodes [cm], (n,). Histories: positions (2, n), stretches of element and node from which rates are
+    formed, Eq. (32).
     Drives of half elements [mV], (2n - 2,): each corner has its own. Unknown 2i is rho, 2i+1 zeta of node i. False when a trial state is out of range.
     """
     n = rho.size
@@ -177,25 +186,35 @@ def assemble_wall(
                 matrix[row, HALF_WIDTH + column + 1 - row] += sign * krz
                 matrix[row + 1, HALF_WIDTH + column - row - 1] += sign * krz
                 matrix[row + 1, HALF_WIDTH + column - row] += sign * kzz
-    if c.bending_stiffness > 0.0:
-        _assemble_bending(rho, zeta, c, residual, matrix)
+    if c.bending_stiffness > 0.0 or c.bending_viscosity > 0.0:
+        _assemble_bending(rho, zeta, history, rate_slope, c, residual, matrix)
     return True
 
 
 @compiled
 def _assemble_bending(
-    rho: np.ndarray, zeta: np.ndarray, c: WallConstants, residual: np.ndarray, matrix: np.ndarray
+    rho: np.ndarray,
+    zeta: np.ndarray,
+    history: np.ndarray,
+    rate_slope: float,
+    c: WallConstants,
+    residual: np.ndarray,
+    matrix: np.ndarray,
 ) -> None:
-    """Bending regulariser, Eq. (16): second differences of the position cost energy."""
-    factor = c.bending_stiffness / c.element_size**3
+    """Bending regulariser, Eq. (16): second differences of the position cost energy, their rates dissipate."""
+    elastic = c.bending_stiffness / c.element_size**3
+    viscous = c.bending_viscosity * rate_slope / c.element_size**3
+    factor = elastic + viscous
     weight = (1.0, -2.0, 1.0)
     for i in range(1, rho.size - 1):
         second_r = rho[i - 1] - 2.0 * rho[i] + rho[i + 1]
         second_z = zeta[i - 1] - 2.0 * zeta[i] + zeta[i + 1]
+        force_r = factor * second_r - viscous * (history[0, i - 1] - 2.0 * history[0, i] + history[0, i + 1])
+        force_z = factor * second_z - viscous * (history[1, i - 1] - 2.0 * history[1, i] + history[1, i + 1])
         for a in range(3):
             row = 2 * (i - 1 + a)
-            residual[row] += factor * weight[a] * second_r
-            residual[row + 1] += factor * weight[a] * second_z
+            residual[row] += weight[a] * force_r
+            residual[row + 1] += weight[a] * force_z
             for b in range(3):
                 column = 2 * (i - 1 + b)
                 value = factor * weight[a] * weight[b]
@@ -283,6 +302,8 @@ def corner_tension(
     for total in (TOTAL_LONGITUDINAL, TOTAL_CIRCULAR):
         carried = parts[total - 3] + parts[total - 2] + parts[total - 1]
         parts[total] = floored(carried, c.slack_blend, c.slack_slope)[0]
+    parts[TOTAL_LONGITUDINAL] += fold_resistance(stretch, c.fold_stretch, c.fold_tension)[0]
+    parts[TOTAL_CIRCULAR] += fold_resistance(hoop, c.fold_stretch, c.fold_tension)[0]
 
 
 @compiled
