@@ -1,0 +1,1 @@
+"""Studies made of runs: the undeformed cable, its calibration."""
