@@ -1,6 +1,6 @@
 """What a run costs, part by part: medians and bests of one process, cost per node and step, nothing absolute promised.
 
-    python benchmarks/run.py [--repeats 5]
+python benchmarks/run.py [--repeats 5]
 """
 
 from __future__ import annotations
@@ -84,7 +84,8 @@ def main() -> None:
     print(
         f"baseline: solver {statistics.median(solver):.2f} s (median of {repeats}; best {min(solver):.2f}, worst "
         f"{max(solver):.2f}) for {simulated:.3f} s of gut time in {steps} steps: "
-        f"{statistics.median(solver) / simulated:.2f} s per gut-second, {statistics.median(solver) / steps * 1e3:.2f} ms a step"
+        f"{statistics.median(solver) / simulated:.2f} s per gut-second, "
+        f"{statistics.median(solver) / steps * 1e3:.2f} ms a step"
     )
     print(f"compile or load kernels, first run of this process: {summaries[0]['compile_wall_s']:.2f} s")
     print(f"{'part':<28}{'ns per node':>12}  remark")

@@ -159,9 +159,7 @@ def _trains(c: Configuration) -> tuple[tuple[PulseTrain, ...], tuple[PulseTrain,
         longitudinal.append(PulseTrain(onset, p.period, count, p.duration, p.intensity, 0.0, p.width))
         if follows:
             onset = p.onset + max(0.0, late)
-            circular.append(
-                PulseTrain(onset, p.period, count, c.trigger.duration, c.trigger.intensity, 0.0, p.width)
-            )
+            circular.append(PulseTrain(onset, p.period, count, c.trigger.duration, c.trigger.intensity, 0.0, p.width))
     if c.rings.enabled:
         r = c.rings
         circular += [

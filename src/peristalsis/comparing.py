@@ -69,9 +69,7 @@ def changed_keys(runs: Mapping[str, Result]) -> dict[str, list[Any]]:
     """The parameters in which the runs differ, as they would stand in a file, one value a run."""
     texts = [result.configuration.texts() for result in runs.values()]
     return {
-        key: [text[key] for text in texts]
-        for key in texts[0]
-        if any(text[key] != texts[0][key] for text in texts[1:])
+        key: [text[key] for text in texts] for key in texts[0] if any(text[key] != texts[0][key] for text in texts[1:])
     }
 
 
@@ -116,9 +114,7 @@ def tracks_figure(runs: Mapping[str, Result]) -> Canvas:
     if not axes.lines:
         raise ConfigurationError("none of the runs has a pellet, so there is no track; compare other runs")
     longest = max(result.configuration.wall.length for result in runs.values())
-    axes.set(
-        xlabel="time (s)", ylabel="position of the pellet (mm)", ylim=(10.0 * longest, 0.0), title="Tracks"
-    )
+    axes.set(xlabel="time (s)", ylabel="position of the pellet (mm)", ylim=(10.0 * longest, 0.0), title="Tracks")
     axes.legend()
     return figure
 
@@ -128,7 +124,7 @@ def difference_figure(names: tuple[str, str], first: Result, second: Result) -> 
     from matplotlib.figure import Figure
 
     time, z, difference = diameter_difference(first, second)
-    largest = 10.0 * float(abs(difference).max()) or 1e-9  # equal runs give an empty map, not a division by 0
+    largest = 10.0 * float(abs(difference).max()) or 1.0  # equal runs give an empty map
     figure = Figure(figsize=SIZE, layout="constrained")
     axes = figure.subplots()
     mesh = axes.pcolormesh(
@@ -166,9 +162,7 @@ def draw(runs: Mapping[str, Result], folder: Path) -> tuple[list[Path], list[str
     for index in range(1, len(names)):
         pair = (names[0], names[index])
         ending = "" if len(names) == 2 else f"_{index + 1}"
-        plans.append(
-            (f"diameter_difference{ending}.png", partial(difference_figure, pair, results[0], results[index]))
-        )
+        plans.append((f"diameter_difference{ending}.png", partial(difference_figure, pair, results[0], results[index])))
     written, left_out = [], []
     for name, figure in plans:
         try:

@@ -32,6 +32,7 @@ LAYERS = ("longitudinal", "circular")
 LARGEST_TEXT = 64 * 1024  # bytes of a configuration file
 LARGEST_GRID = 2_000_000  # nodes of both grids together
 MOST_STEPS = 100_000_000
+LARGEST_OUTPUT = 2_000_000_000  # bytes kept in memory and written
 LARGEST_STRETCH = 2.2  # pellet radius over tube radius; the exponential law is astronomical beyond
 
 _MODEL = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
@@ -206,9 +207,7 @@ class Rings(Section):
     """Standing rings of the circular layer, excited together."""
 
     enabled: bool = parameter("rings.enabled")
-    positions: tuple[Annotated[float, Field(ge=0, le=200)], ...] = parameter(
-        "rings.positions", max_length=100
-    )
+    positions: tuple[Annotated[float, Field(ge=0, le=200)], ...] = parameter("rings.positions", max_length=100)
     width: float = parameter("rings.width", gt=0, le=200)
     intensity: float = parameter("rings.intensity", ge=0, le=1000)
     duration: float = parameter("rings.duration", gt=0, le=1000)
@@ -284,12 +283,8 @@ class Configuration(BaseModel):
 
     model_config = _MODEL
 
-    reading: str = Field(
-        default="tight", description="which reading of the paper supplies its doubtful numbers"
-    )
-    scenario: str = Field(
-        default="baseline", pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$", description="name of the run"
-    )
+    reading: str = Field(default="tight", description="which reading of the paper supplies its doubtful numbers")
+    scenario: str = Field(default="baseline", pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$", description="name of the run")
     pellet: Pellet = Field(default_factory=Pellet)
     lumen: Lumen = Field(default_factory=Lumen)
     wall: Wall = Field(default_factory=Wall)
@@ -354,10 +349,7 @@ class Configuration(BaseModel):
 
     def texts(self) -> dict[str, Any]:
         """Dotted key to value as it is written in a file: numbers with their units."""
-        return {
-            key: _write(value, FIELDS[key].unit) if key in FIELDS else value
-            for key, value in self.flat().items()
-        }
+        return {key: _write(value, FIELDS[key].unit) if key in FIELDS else value for key, value in self.flat().items()}
 
     def items(self, scenario: Configuration | None = None) -> Iterator[Entry]:
         """Every parameter with its unit, tag and source; changed values are tagged as such.
@@ -426,9 +418,7 @@ def json_schema() -> dict[str, Any]:
     sections: dict[str, Any] = {}
     for key, about in _parameters("tight"):
         spec = FIELDS[key]
-        table = sections.setdefault(
-            spec.section, {"type": "object", "additionalProperties": False, "properties": {}}
-        )
+        table = sections.setdefault(spec.section, {"type": "object", "additionalProperties": False, "properties": {}})
         table["properties"][spec.name] = _schema_of(spec, about)
     names: dict[str, Any] = {
         name: {"type": "string", "default": field.default, "description": field.description}
@@ -721,9 +711,7 @@ def _check_grid(config: Configuration) -> None:
     for key in ("n_theta", "n_theta_conduction"):
         columns = getattr(grid, key)
         if columns != 1:
-            _refuse(
-                f"grid.{key}", str(columns), "only axisymmetric runs are available in this version", "use 1"
-            )
+            _refuse(f"grid.{key}", str(columns), "only axisymmetric runs are available in this version", "use 1")
     nodes = grid.n_z * grid.n_theta_conduction + grid.n_z_wall * grid.n_theta
     if nodes > LARGEST_GRID:
         _refuse("grid", f"{nodes} nodes", f"at most {LARGEST_GRID} are allowed", "use fewer columns or cells")
@@ -748,11 +736,27 @@ def _check_steps(config: Configuration) -> None:
             f"it takes {steps:.3g} steps of step.conduction = {step.conduction} ms, over {MOST_STEPS:.0e}",
             "shorten the run or lengthen the step",
         )
+    size = _output_size(config)
+    if size > LARGEST_OUTPUT:
+        _refuse(
+            "output.interval",
+            f"{config.output.interval} s",
+            f"the stored fields would take about {size / 1e9:.3g} GB, over {LARGEST_OUTPUT / 1e9:.3g} GB",
+            "store less often, shorten the run or use fewer nodes",
+        )
     for key, time in (("run.duration", run.duration), ("output.interval", config.output.interval)):
         if time < units.to_internal(step.wall, "ms") * (1 - 1e-9):
-            _refuse(
-                key, f"{time} s", f"it is shorter than step.wall = {step.wall} ms", "use at least one step"
-            )
+            _refuse(key, f"{time} s", f"it is shorter than step.wall = {step.wall} ms", "use at least one step")
+
+
+def _output_size(config: Configuration) -> float:
+    """Bytes of all recorded arrays: fields at every interval, numbers and probes at every step."""
+    grid, duration = config.grid, config.run.duration
+    step = units.to_internal(config.step.wall, "ms")
+    frames = duration / max(config.output.interval, step) + 2
+    fields = 12 * (grid.n_z_wall + 1) * grid.n_theta + 4 * grid.n_z * grid.n_theta_conduction
+    numbers = 22 + 10 * len(config.output.probes)
+    return 8.0 * (frames * fields + (duration / step + 1) * numbers)
 
 
 def _check_places(config: Configuration) -> None:
@@ -764,9 +768,7 @@ def _check_places(config: Configuration) -> None:
         places += [("rings.positions", place) for place in config.rings.positions]
     for key, place in places:
         if place > length:
-            _refuse(
-                key, f"{place} cm", "it lies beyond the anal end", f"use at most wall.length = {length} cm"
-            )
+            _refuse(key, f"{place} cm", "it lies beyond the anal end", f"use at most wall.length = {length} cm")
 
 
 def _check_control(config: Configuration) -> None:

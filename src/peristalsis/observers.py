@@ -76,7 +76,14 @@ class ScalarRecorder:
     def see(self, model: Model, before: State, after: State, report: StepReport) -> str | None:
         """Add the work of the step and record its end."""
         work = work_of_step(model, before, after)
-        self._work += (work.active, work.gas, work.stored + work.kinetic, work.lost_wall, work.lost_pellet, work.residual)
+        self._work += (
+            work.active,
+            work.gas,
+            work.stored + work.kinetic,
+            work.lost_wall,
+            work.lost_pellet,
+            work.residual,
+        )
         self.absolute_work += abs(work.active) + abs(work.gas)
         self.rows.append(self._row(model, after, report.newton_iterations))
         return None

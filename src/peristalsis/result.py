@@ -96,10 +96,12 @@ class Result:
         """
         target = Path(folder)
         check_target(target, overwrite)
-        temporary = target.parent / f".tmp-{target.name}-{uuid.uuid4().hex[:8]}"
+        temporary = target.parent / f".tmp-{uuid.uuid4().hex}"
         try:
             temporary.mkdir(parents=True)
-            self.dataset.to_netcdf(temporary / RESULT_FILE, engine="h5netcdf", encoding=self._encoding())
+            # Built in memory: the HDF5 library does not survive a disk that fills up under an open file.
+            image = self.dataset.to_netcdf(engine="h5netcdf", encoding=self._encoding())
+            (temporary / RESULT_FILE).write_bytes(image)
             (temporary / CONFIGURATION_FILE).write_text(self.configuration.to_toml(), encoding="utf-8")
             text = json.dumps(json_ready(self.summary), indent=2, allow_nan=False) + "\n"
             (temporary / SUMMARY_FILE).write_text(text, encoding="utf-8")
@@ -159,13 +161,20 @@ def load(folder: str | os.PathLike[str]) -> Result:
 
 def check_target(target: Path, overwrite: bool) -> None:
     """Refuse, before anything is computed, a folder that exists or cannot be made."""
+    try:
+        _check_target(target, overwrite)
+    except OSError as error:
+        raise WriteError(f"{shown(str(target))}: {error.strerror or error}; choose another folder with --out") from None
+
+
+def _check_target(target: Path, overwrite: bool) -> None:
     if target.exists() and not overwrite:
         raise WriteError(f"{shown(str(target))} exists; choose another folder with --out, or say --overwrite")
     if target.exists() and not target.is_dir():
         raise WriteError(f"{shown(str(target))} is a file, not a folder; choose another one with --out")
     if target.is_dir() and any(target.iterdir()) and not (target / SUMMARY_FILE).exists():
         raise WriteError(
-            f"{shown(str(target))} holds files but no result of peristalsis and is not overwritten; choose another folder"
+            f"{shown(str(target))} holds files but no result of peristalsis and stays as it is; choose another one"
         )
     parent = target.parent
     while not parent.exists() and parent != parent.parent:
@@ -175,14 +184,15 @@ def check_target(target: Path, overwrite: bool) -> None:
 
 
 def _synchronise(folder: Path) -> None:
-    for file in folder.iterdir():
-        with file.open("rb+") as handle:
-            os.fsync(handle.fileno())
+    for file in folder.rglob("*"):
+        if file.is_file():
+            with file.open("rb+") as handle:
+                os.fsync(handle.fileno())
 
 
 def _put_in_place(temporary: Path, target: Path) -> None:
     """Rename the finished folder to its name; an old result is moved aside first and removed last."""
-    old = target.parent / f".old-{target.name}-{uuid.uuid4().hex[:8]}"
+    old = target.parent / f".old-{uuid.uuid4().hex}"
     if target.exists():
         os.replace(target, old)
     try:
@@ -251,7 +261,8 @@ def summarise(
     if pellet and transit is not None:
         travel = float(np.interp(transit, time, position) - position[0])
     speeds = {
-        layer: wave_speed(arrays["z_cell"], arrays[f"activation_{layer}"][:, 0]) for layer in ("longitudinal", "circular")
+        layer: wave_speed(arrays["z_cell"], arrays[f"activation_{layer}"][:, 0])
+        for layer in ("longitudinal", "circular")
     }
     residual = float(np.abs(arrays["power_residual"]).max()) / max(absolute_work, SMALLEST_WORK)
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from . import units
+from . import preflight, units
 from .build import build
 from .config import Configuration
 from .errors import ConfigurationError, DivergenceError, InterruptedRun
@@ -25,7 +25,7 @@ from .warm_up import warm_up
 
 ARREST_WINDOW = 1.0
 ARREST_SPEED = 0.01
-"""A pellet is arrested when it was slower than 0.01 cm/s (0.1 mm/s) on the mean of the last second."""
+"""A pellet is arrested when it was slower than 0.01 cm/s (0.1 mm/s) over the last second, so never earlier."""
 
 
 class Simulation:
@@ -44,7 +44,8 @@ class Simulation:
     ) -> None:
         self.configuration = configuration
         self.compile_seconds = warm_up()
-        self.model, self.state, self.remarks = initial_state(build(configuration))
+        self.model, self.state, remarks = initial_state(build(configuration))
+        self.remarks = [*preflight.remarks(configuration), *remarks]
         dt = self.model.dt_wall
         every = max(1, round(configuration.output.interval / dt))
         cell = self.model.grid.cell_size
@@ -102,9 +103,7 @@ class Simulation:
         with _stop_at_signals() as stopped:
             while self.state.step < last and self.stopped is None:
                 if stopped():
-                    raise InterruptedRun(
-                        f"interrupted at t = {self.time:.6g} s; the history up to there is kept"
-                    )
+                    raise InterruptedRun(f"interrupted at t = {self.time:.6g} s; the history up to there is kept")
                 self._step()
 
     def _step(self) -> None:
@@ -142,10 +141,10 @@ class Simulation:
         if self._expulsion.time is not None:
             return "expelled"
         time, position = arrays["time_step"], arrays["pellet_position"]
-        since = max(time[0], time[-1] - ARREST_WINDOW)
-        moved = position[-1] - float(np.interp(since, time, position))
-        slow = abs(moved) < ARREST_SPEED * (time[-1] - since)
-        return "arrested" if slow and time[-1] > since else "in_transit"
+        if time[-1] < ARREST_WINDOW:
+            return "in_transit"
+        moved = position[-1] - float(np.interp(time[-1] - ARREST_WINDOW, time, position))
+        return "arrested" if abs(moved) < ARREST_SPEED * ARREST_WINDOW else "in_transit"
 
     def _arrays(self) -> dict[str, Any]:
         grid, dt = self.model.grid, self.model.dt_wall

@@ -62,14 +62,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-Name = Annotated[
-    str, typer.Argument(metavar="NAME", help="Scenario, see peristalsis list.", show_default=False)
-]
+Name = Annotated[str, typer.Argument(metavar="NAME", help="Scenario, see peristalsis list.", show_default=False)]
 MaybeName = Annotated[
     str | None,
-    typer.Argument(
-        metavar="[NAME]", help="Scenario, see peristalsis list; FILE may name it.", show_default=False
-    ),
+    typer.Argument(metavar="[NAME]", help="Scenario, see peristalsis list; FILE may name it.", show_default=False),
 ]
 Reading = Annotated[
     str | None,
@@ -79,9 +75,7 @@ Reading = Annotated[
 ]
 Settings = Annotated[
     list[str] | None,
-    typer.Option(
-        "--set", metavar="KEY=VALUE", help="Change one parameter; numbers carry a unit. May be repeated."
-    ),
+    typer.Option("--set", metavar="KEY=VALUE", help="Change one parameter; numbers carry a unit. May be repeated."),
 ]
 Config = Annotated[
     str | None,
@@ -91,9 +85,7 @@ Json = Annotated[
     bool,
     typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong."),
 ]
-Folder = Annotated[
-    str, typer.Argument(metavar="FOLDER", help="Folder of a stored run, such as out/baseline.")
-]
+Folder = Annotated[str, typer.Argument(metavar="FOLDER", help="Folder of a stored run, such as out/baseline.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 
 
@@ -158,9 +150,7 @@ def show_(
     reading: Reading = None,
     settings: Settings = None,
     config: Config = None,
-    toml: Annotated[
-        bool, typer.Option("--toml", help="Write the configuration file instead of a table.")
-    ] = False,
+    toml: Annotated[bool, typer.Option("--toml", help="Write the configuration file instead of a table.")] = False,
     as_json: Json = False,
 ) -> Job:
     """Show every parameter of a scenario.
@@ -220,9 +210,7 @@ def plot_(
     ] = None,
     formats: Annotated[
         list[str] | None,
-        typer.Option(
-            "--format", metavar="png|svg|pdf", help="File format, png unless given. May be repeated."
-        ),
+        typer.Option("--format", metavar="png|svg|pdf", help="File format, png unless given. May be repeated."),
     ] = None,
     out: Annotated[
         str | None,
@@ -244,9 +232,7 @@ def film_(
     folder: Folder,
     out: Annotated[
         str | None,
-        typer.Option(
-            "--out", metavar="FILE", help="A .gif, or .mp4 where ffmpeg is; FOLDER/film.gif unless given."
-        ),
+        typer.Option("--out", metavar="FILE", help="A .gif, or .mp4 where ffmpeg is; FOLDER/film.gif unless given."),
     ] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
@@ -278,9 +264,7 @@ def compare_(
     runs: Annotated[list[str], typer.Argument(metavar="RUN RUN...", help="Folders of stored runs.")],
     out: Annotated[
         str | None,
-        typer.Option(
-            "--out", metavar="DIR", help="Also draw tracks, and diameter less that of the first run."
-        ),
+        typer.Option("--out", metavar="DIR", help="Also draw tracks, and diameter less that of the first run."),
     ] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,

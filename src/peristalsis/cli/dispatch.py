@@ -64,7 +64,7 @@ def _parse(words: Sequence[str]) -> Job | int:
     import typer
     from typer.main import get_command
 
-    from .commands import app
+    from .commands import EXAMPLES, app
 
     # Some versions of typer carry their own click, so the class of all usage errors is reached through typer.
     usage_error: type[Exception] = typer.BadParameter.__bases__[0]
@@ -76,7 +76,8 @@ def _parse(words: Sequence[str]) -> Job | int:
     except typer.Abort:
         raise KeyboardInterrupt from None
     except usage_error as error:
-        where = getattr(getattr(error, "ctx", None), "command_path", "peristalsis")
+        command = next((f" {word}" for word in words[:1] if word in EXAMPLES), "")
+        where = getattr(getattr(error, "ctx", None), "command_path", f"peristalsis{command}")
         said = getattr(error, "format_message", error.__str__)().rstrip(". ")
         raise ConfigurationError(f"{said}; see {where} --help") from None
     return 0 if parsed is None else parsed

@@ -27,14 +27,10 @@ class Input:
         from .. import scenarios
 
         if self.name is None and self.file is None:
-            raise ConfigurationError(
-                "no scenario is named; name one (see peristalsis list) or give --config FILE"
-            )
+            raise ConfigurationError("no scenario is named; name one (see peristalsis list) or give --config FILE")
         changes = read_settings(self.settings)
         if self.reading is not None and "reading" in changes:
-            raise ConfigurationError(
-                f"reading = {shown(changes['reading'])}: --reading is given as well; keep one"
-            )
+            raise ConfigurationError(f"reading = {shown(changes['reading'])}: --reading is given as well; keep one")
         file = None if self.file is None else Path(self.file)
         return scenarios.configuration(self.name, reading=self.reading, changes=changes, file=file)
 
@@ -50,9 +46,7 @@ def read_settings(settings: Sequence[str]) -> dict[str, str]:
                 "--set 'pellet.viscous_friction=120 mN*s/cm'"
             )
         if key == "scenario":
-            raise ConfigurationError(
-                f"--set {shown(setting)}: the scenario is the argument NAME; leave this out"
-            )
+            raise ConfigurationError(f"--set {shown(setting)}: the scenario is the argument NAME; leave this out")
         if key in changes:
             raise ConfigurationError(f"{shown(key)} is given twice by --set; keep one")
         changes[key] = value

@@ -95,9 +95,7 @@ def _save(result: Result, target: Path, overwrite: bool, drawing: Drawing) -> No
     except WriteError:
         raise
     except Exception as error:  # the file library has errors of its own when a disk is full
-        raise WriteError(
-            f"could not write {spelled(target)}: {error}; choose another folder with --out"
-        ) from None
+        raise WriteError(f"could not write {spelled(target)}: {error}; choose another folder with --out") from None
 
 
 def _plain(result: Result) -> dict[str, object]:

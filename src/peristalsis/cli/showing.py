@@ -23,15 +23,12 @@ def list_scenarios(screen: Screen) -> int:
     from ..parameters import READINGS
 
     known = [scenarios.get(name) for name in scenarios.names()]
-    screen.table(
-        ("scenario", "title", "expected"), ((each.name, each.title, each.expected) for each in known)
-    )
+    screen.table(("scenario", "title", "expected"), ((each.name, each.title, each.expected) for each in known))
     screen.table(("reading", "why"), ((reading.name, reading.why) for reading in READINGS.values()))
     screen.answer(
         {
             "scenarios": [
-                {key: getattr(each, key) for key in ("name", "title", "description", "expected")}
-                for each in known
+                {key: getattr(each, key) for key in ("name", "title", "description", "expected")} for each in known
             ],
             "readings": [{"name": reading.name, "why": reading.why} for reading in READINGS.values()],
         }
@@ -44,9 +41,7 @@ def show(given: Input, section: str | None, toml: bool, screen: Screen) -> int:
     configuration = given.configuration()
     if toml:
         if section is not None:
-            raise ConfigurationError(
-                f"SECTION = {shown(section)}: --toml writes the whole file; leave one of them out"
-            )
+            raise ConfigurationError(f"SECTION = {shown(section)}: --toml writes the whole file; leave one of them out")
         screen.say(configuration.to_toml().rstrip("\n"))
         screen.answer({"toml": configuration.to_toml()})
         return 0
@@ -54,17 +49,12 @@ def show(given: Input, section: str | None, toml: bool, screen: Screen) -> int:
     if section is not None and not entries:
         sections = dict.fromkeys(entry.key.partition(".")[0] for entry in _entries(configuration))
         keys = [entry.key for entry in _entries(configuration)]
-        raise UnknownKeyError(
-            f"SECTION = {shown(section)}: no such section; {suggestion(section, [*sections, *keys])}"
-        )
+        raise UnknownKeyError(f"SECTION = {shown(section)}: no such section; {suggestion(section, [*sections, *keys])}")
     texts = configuration.texts()
     screen.say(f"scenario {configuration.scenario}, reading {configuration.reading}")
     screen.table(
         ("parameter", "value", "tag", "printed in the paper", "source"),
-        (
-            (entry.key, _as_text(texts[entry.key]), entry.tag, entry.printed, _origin(entry))
-            for entry in entries
-        ),
+        ((entry.key, _as_text(texts[entry.key]), entry.tag, entry.printed, _origin(entry)) for entry in entries),
     )
     screen.answer(
         {
@@ -115,9 +105,7 @@ def cite(given: Input, screen: Screen) -> int:
     entries = list(_entries(configuration))
     user = {"set by user", "set by scenario"}
     cited = {
-        source.citation: [
-            entry.key for entry in entries if entry.tag not in user and _is_of(entry, source.short)
-        ]
+        source.citation: [entry.key for entry in entries if entry.tag not in user and _is_of(entry, source.short)]
         for source in SOURCES.values()
     }
     reading = READINGS[configuration.reading]
@@ -156,9 +144,7 @@ def _stored(given: Input) -> Configuration | None:
     if given.name is None or given.name in scenarios.names() or not Path(given.name).is_dir():
         return None
     if given.reading is not None or given.settings or given.file is not None:
-        raise ConfigurationError(
-            f"NAME = {shown(given.name)}: a stored run cannot be changed; leave out the options"
-        )
+        raise ConfigurationError(f"NAME = {shown(given.name)}: a stored run cannot be changed; leave out the options")
     return Configuration.from_toml(Path(given.name, CONFIGURATION_FILE))
 
 
@@ -179,9 +165,7 @@ def _as_text(value: Any) -> str:
 
 
 def _origin(entry: Entry) -> str:
-    return (
-        f"shipped: {entry.shipped} {entry.unit}".rstrip() if entry.tag.startswith("set by") else entry.source
-    )
+    return f"shipped: {entry.shipped} {entry.unit}".rstrip() if entry.tag.startswith("set by") else entry.source
 
 
 def _is_of(entry: Entry, short: str) -> bool:

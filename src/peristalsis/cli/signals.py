@@ -17,9 +17,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 @contextmanager
-def _handled(
-    handler: Callable[[int, FrameType | None], Any], numbers: tuple[signal.Signals, ...]
-) -> Iterator[None]:
+def _handled(handler: Callable[[int, FrameType | None], Any], numbers: tuple[signal.Signals, ...]) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread may set handlers
         return

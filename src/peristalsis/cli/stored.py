@@ -41,9 +41,7 @@ def film(folder: str, out: str | None, overwrite: bool, screen: Screen) -> int:
     """Write a film of a stored run."""
     target = Path(folder, "film.gif") if out is None else Path(out)
     if target.suffix.lower() not in FILMS:
-        raise ConfigurationError(
-            f"--out {shown(str(target))}: a film ends in {' or '.join(FILMS)}; rename it"
-        )
+        raise ConfigurationError(f"--out {shown(str(target))}: a film ends in {' or '.join(FILMS)}; rename it")
     result = _load(folder, screen)
     _refuse_existing(target, overwrite or out is None)
     _written(target, lambda: result.plot.film(target))
@@ -137,9 +135,7 @@ def _load(folder: str, screen: Screen) -> Result:
     try:
         result = load(folder)
     except OSError as error:
-        raise ConfigurationError(
-            f"{shown(folder)} cannot be read: {error.strerror or error}; check the name"
-        ) from None
+        raise ConfigurationError(f"{shown(folder)} cannot be read: {error.strerror or error}; check the name") from None
     screen.scenario = result.configuration.scenario
     return result
 

@@ -151,9 +151,7 @@ class Screen:
         """
         said = str(error)
         self.line(f"{said if said.startswith(error.status) else f'error: {said}'}{also}")
-        self.answer(
-            {"scenario": self.scenario, "status": error.status, "error": str(error)} | dict(fields or {})
-        )
+        self.answer({"scenario": self.scenario, "status": error.status, "error": str(error)} | dict(fields or {}))
         return error.exit_code
 
 

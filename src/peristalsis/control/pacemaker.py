@@ -8,11 +8,11 @@ from .pulses import Pulse
 
 
 class PulseTrain(NamedTuple):
-    """`count` pulses of `duration` every `period` [s] from `onset`, over z in [low, high] [cm], in uA/cm^2."""
+    """`pulses` pulses of `duration` every `period` [s] from `onset`, over z in [low, high] [cm], in uA/cm^2."""
 
     onset: float
     period: float
-    count: int
+    pulses: int
     duration: float
     intensity: float
     low: float
@@ -20,11 +20,11 @@ class PulseTrain(NamedTuple):
 
     def between(self, start: float, stop: float) -> list[Pulse]:
         """The pulses that are on at some time in [start, stop] [s]."""
-        if self.count <= 0 or stop <= self.onset:
+        if self.pulses <= 0 or stop <= self.onset:
             return []
-        first = max(0, int((start - self.onset - self.duration) / self.period)) if self.count > 1 else 0
+        first = max(0, int((start - self.onset - self.duration) / self.period)) if self.pulses > 1 else 0
         found = []
-        for k in range(first, self.count):
+        for k in range(first, self.pulses):
             begin = self.onset + k * self.period
             if begin >= stop:
                 break

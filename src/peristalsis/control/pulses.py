@@ -36,7 +36,9 @@ def overlap_in_time(begin: Floats | float, end: Floats | float, start: float, st
     return np.asarray(np.clip(inside, 0.0, None) / (stop - start))
 
 
-def add_pulses(pulses: Iterable[Pulse], cells: Floats, cell_size: float, start: float, stop: float, drive: Floats) -> None:
+def add_pulses(
+    pulses: Iterable[Pulse], cells: Floats, cell_size: float, start: float, stop: float, drive: Floats
+) -> None:
     """Add the mean strength of every pulse over the step [start, stop] to `drive`, shape (n_z, n_theta)."""
     for pulse in pulses:
         share = float(overlap_in_time(pulse.begin, pulse.end, start, stop))

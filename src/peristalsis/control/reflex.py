@@ -53,9 +53,7 @@ def observe_stretch(
         return state
     low, high = float(stretched[0]), float(stretched[-1])
     begin = time + reflex.delay
-    above = Pulse(
-        begin, begin + reflex.excitation_duration, low - reflex.oral_length, low, reflex.excitation_intensity
-    )
+    above = Pulse(begin, begin + reflex.excitation_duration, low - reflex.oral_length, low, reflex.excitation_intensity)
     below = Pulse(
         begin, begin + reflex.inhibition_duration, high, high + reflex.anal_length, reflex.inhibition_conductance
     )

@@ -41,7 +41,7 @@ class Grid:
     @cached_property
     def cells(self) -> Floats:
         """Centres of the conduction cells [cm], shape (n_z,)."""
-        return (np.arange(self.n_z) + 0.5) * self.cell_size
+        return np.asarray((np.arange(self.n_z) + 0.5) * self.cell_size, dtype=np.float64)
 
     @cached_property
     def nodes(self) -> Floats:

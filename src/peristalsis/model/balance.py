@@ -125,12 +125,8 @@ def _wall_work(
             k = e + i
             hoop_0 = rho_0[i] / c.radius
             hoop_1 = rho_1[i] / c.radius
-            corner_tension(
-                stretch_0, hoop_0, stretch_rate_0[e], hoop_rate_0[i], drive_0[0, k], drive_0[1, k], c, old
-            )
-            corner_tension(
-                stretch_1, hoop_1, stretch_rate_1[e], hoop_rate_1[i], drive_1[0, k], drive_1[1, k], c, new
-            )
+            corner_tension(stretch_0, hoop_0, stretch_rate_0[e], hoop_rate_0[i], drive_0[0, k], drive_0[1, k], c, old)
+            corner_tension(stretch_1, hoop_1, stretch_rate_1[e], hoop_rate_1[i], drive_1[0, k], drive_1[1, k], c, new)
             for layer in range(2):
                 across_0 = (stretch_0 if layer else hoop_0) if c.published else 1.0
                 across_1 = (stretch_1 if layer else hoop_1) if c.published else 1.0

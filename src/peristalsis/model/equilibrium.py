@@ -89,11 +89,12 @@ def solve_equilibrium(
     gap_tolerance: float,
     max_iterations: int,
 ) -> tuple[int, int, int]:
-    """Solve in place for rho, zeta [cm], density Q [mN/cm^2] and scalars (p, Z, F); returns (code, iterations, evaluations).
+    """Solve in place for rho, zeta [cm], density Q [mN/cm^2] and scalars (p, Z, F).
 
-    history: position history (2, n); velocity_history: the same for velocities (inertia). tolerance: force residual over TENSION_SCALE;
-    gap_tolerance: gap left at touching nodes [cm]. friction_weight: share of
-    the friction reaction on each node (sums to one, or zero without contact). On failure the arrays hold a trial.
+    history: position history (2, n); velocity_history: the same for velocities (inertia). tolerance: force residual
+    over TENSION_SCALE; gap_tolerance: gap left at touching nodes [cm]. friction_weight: share of the friction reaction
+    on each node (sums to one, or zero without contact). Returns (code, iterations, assemblies); unless the code is
+    CONVERGED the arrays hold a trial state that must not be used.
     """
     n = rho.size
     size = 2 * n
@@ -174,7 +175,7 @@ def solve_equilibrium(
             worst = 0.0
             if pellet.present:
                 for i in range(1, n - 1):
-                    gap[i], nr[i], nz[i], curvature = gap_and_normal(rho[i], zeta[i] - scalars[1], pellet.radius)
+                    gap[i], nr[i], nz[i], _ = gap_and_normal(rho[i], zeta[i] - scalars[1], pellet.radius)
                     touching[i] = density[i] - AUGMENTATION * gap[i] > 0.0
                     q = h * density[i]
                     residual[2 * i] -= q * nr[i]
@@ -199,9 +200,7 @@ def solve_equilibrium(
             if pellet.present:
                 r_force = scalars[2] - axial
                 r_centre = (
-                    scalars[1]
-                    - step.pellet_history
-                    - step.pellet_weight * (pellet.frame * wall_velocity + speed)
+                    scalars[1] - step.pellet_history - step.pellet_weight * (pellet.frame * wall_velocity + speed)
                 )
             for error in (
                 abs(r_pressure) * wall.radius / TENSION_SCALE,

@@ -188,7 +188,7 @@ def _insert(model: Model, free: Floats, settle, arrays: tuple[Floats, ...]) -> N
             step *= 0.5
             if step < 1e-5:
                 raise DivergenceError(
-                    f"the tube cannot hold this pellet: no equilibrium beyond a radius of {radius - 2 * step:.4g} cm on "
+                    f"the tube cannot hold this pellet: no equilibrium beyond a radius of {reached:.4g} cm on "
                     f"the way to pellet.radius = {target:g} cm ({REASONS[code]}); use a smaller pellet or wider tube"
                 )
         radius = min(target, (reached if code != CONVERGED else radius) + step)

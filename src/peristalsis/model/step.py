@@ -106,7 +106,14 @@ def _drives(model: Model, state: State, start: float, stop: float) -> tuple[Floa
 
 
 def _advance_layer(
-    model: Model, layer: Layer, sheet: SheetState, stretch: Floats, drive: Floats, shunt: Floats | None, start: float, name: str
+    model: Model,
+    layer: Layer,
+    sheet: SheetState,
+    stretch: Floats,
+    drive: Floats,
+    shunt: Floats | None,
+    start: float,
+    name: str,
 ) -> SheetState:
     grid = model.grid
     if layer.conducts:

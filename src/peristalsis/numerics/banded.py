@@ -6,7 +6,6 @@ import numpy as np
 
 from .compiled import compiled
 
-
 HALF_WIDTH = 5
 """Half bandwidth of every system here: two unknowns a wall node, coupled to two nodes on either side."""
 

@@ -60,5 +60,3 @@ def compiled(function: Function) -> Function:
     decorate = numba.njit(cache=CACHE_FOLDER is not None, fastmath=False, error_model="numpy", nogil=True)
     result: Function = decorate(function)
     return result
-
-

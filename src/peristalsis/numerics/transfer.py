@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -26,8 +27,9 @@ def overlap(source_edges: Floats, target_edges: Floats) -> Overlap:
     source_edges, target_edges: increasing cell edges, shapes (n_source + 1,) and (n_target + 1,); the source
     must cover the target. Each row sums to one, so constants are kept, and so is every integral over the line.
     """
-    start, indices, weights = [0], [], []
-    for left, right in zip(target_edges[:-1], target_edges[1:], strict=True):
+    start, indices = [0], []
+    weights: list[float] = []
+    for left, right in pairwise(target_edges):
         first = max(int(np.searchsorted(source_edges, left, side="right")) - 1, 0)
         row: list[float] = []
         for k in range(first, len(source_edges) - 1):

@@ -11,7 +11,9 @@ from .cable import CALIBRATED_SPEED, cable_wave_speed
 CONVERGED_GRID = {"grid.n_z": 2400, "step.conduction": "0.125 ms"}
 
 
-def calibrated_scale(configuration: Configuration, layer: str = "longitudinal", speed: float = CALIBRATED_SPEED) -> float:
+def calibrated_scale(
+    configuration: Configuration, layer: str = "longitudinal", speed: float = CALIBRATED_SPEED
+) -> float:
     """The conductivity scale at which the grid-converged wave of a layer runs at `speed` [cm/s].
 
     The search brackets the shipped scale between its half and its double. Raises ConfigurationError if no scale in

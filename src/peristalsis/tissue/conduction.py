@@ -51,6 +51,4 @@ def diffuse(padded: np.ndarray, coefficient: np.ndarray, flux: np.ndarray, rate:
         flux[end + j] = 0.0
         flux[end + n_theta + j] = -flux[end - n_theta + j]
     for k in range(rate.size):
-        rate[k] = (
-            flux[k] - flux[k + 3 * n_theta] + 27.0 * (flux[k + 2 * n_theta] - flux[k + n_theta])
-        )
+        rate[k] = flux[k] - flux[k + 3 * n_theta] + 27.0 * (flux[k + 2 * n_theta] - flux[k + n_theta])

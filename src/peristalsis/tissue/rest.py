@@ -33,7 +33,8 @@ def _steady_gates(v: float, table: Floats, exact: bool, constants: CellConstants
 
 def _steady_current(v: float, table: Floats, exact: bool, conductances: Floats, constants: CellConstants) -> float:
     gates, row = _steady_gates(v, table, exact, constants)
-    fast, slope, offset = plant.current_coefficients(*gates, conductances, 0, constants)
+    h, n, x, c = (float(value) for value in gates)
+    fast, slope, offset = plant.current_coefficients(h, n, x, c, conductances, 0, constants)
     return float(fast * row[6] * (v - constants.calcium_reversal) + slope * v - offset)
 
 

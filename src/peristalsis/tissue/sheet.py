@@ -41,8 +41,8 @@ def advance_sheet(
 
     potential [mV], first_activation and last_activation [ms] (rise through `activation_level`, nan before): size
     n_z*n_theta, flattened (z, theta). gates: (4, n). conductances [mS/cm^2]: (5, n). coefficient: see
-    `conduction.diffuse`, in 1/ms. drive: stimulus current [uA/cm^2], inward positive, and shunt:
-    extra potassium conductance [mS/cm^2] (an inhibitory junction potential), both held over the call. stages: coefficients of
+    `conduction.diffuse`, in 1/ms. drive: stimulus current [uA/cm^2], inward positive, and shunt: extra potassium
+    conductance [mS/cm^2] (an inhibitory junction potential), both held over the call. stages: coefficients of
     `numerics.stabilised`, (s, 4), enough of them for dt.
     """
     size = potential.size

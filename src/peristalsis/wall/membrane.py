@@ -112,8 +112,8 @@ def assemble_wall(
     """Internal forces of the wall and their tangent, added into `residual` (2n,) and `matrix` (at least 2n, 11).
 
     rho, zeta: nodes [cm], (n,). Histories: positions (2, n), stretches of element and node from which rates are
-    formed, Eq. (32).
-    Drives of half elements [mV], (2n - 2,): each corner has its own. Unknown 2i is rho, 2i+1 zeta of node i. False when a trial state is out of range.
+    formed, Eq. (32). Drives of half elements [mV], (2n - 2,): each corner has its own. Unknown 2i is rho, 2i+1 zeta
+    of node i. False when a trial state is out of range.
     """
     n = rho.size
     h = c.element_size
