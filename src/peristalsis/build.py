@@ -20,10 +20,13 @@ from .wall.membrane import WallConstants
 from .wall.passive import PassiveConstants
 
 
-def build(configuration: Configuration) -> Model:
-    """The model of a configuration; V0 and the pellet-free radius are still those of the undeformed tube."""
+def build(configuration: Configuration, like: Model | None = None) -> Model:
+    """The model of a configuration; V0 and the pellet-free radius are still those of the undeformed tube.
+
+    like: the model of a run under way, whose grid, V0 and pellet-free radius are kept: only inputs change.
+    """
     c = configuration
-    grid = Grid(c.wall.length, c.grid.n_z, c.grid.n_z_wall, c.grid.n_theta)
+    grid = like.grid if like is not None else Grid(c.wall.length, c.grid.n_z, c.grid.n_z_wall, c.grid.n_theta)
     cell = cell_constants(c, c.tissue.kinetics_rate)
     dt_wall = to_internal(c.step.wall, "ms")
     longitudinal_trains, circular_trains = _trains(c)
@@ -41,7 +44,11 @@ def build(configuration: Configuration) -> Model:
             frame=1.0 if c.pellet.friction_frame == "wall" else 0.0,
             volume=sphere.volume(c.pellet.radius),
         ),
-        lumen=LumenConstants(to_internal(c.lumen.pressure, "kPa"), 1.0, c.lumen.adiabatic_exponent),
+        lumen=LumenConstants(
+            to_internal(c.lumen.pressure, "kPa"),
+            like.lumen.reference_volume if like is not None else 1.0,
+            c.lumen.adiabatic_exponent,
+        ),
         longitudinal_trains=longitudinal_trains,
         circular_trains=circular_trains,
         pacemaker_cell=_pacemaker_cell(c),
@@ -75,7 +82,7 @@ def build(configuration: Configuration) -> Model:
         max_newton=c.solver.max_newton,
         max_halvings=c.solver.max_halvings,
         start_position=c.pellet.start_gap + c.pellet.radius,
-        free_radius=np.full(grid.n_z_wall + 1, c.wall.radius),
+        free_radius=like.free_radius if like is not None else np.full(grid.n_z_wall + 1, c.wall.radius),
     )
 
 

@@ -26,6 +26,8 @@ from pydantic.fields import FieldInfo
 from peristalsis import units
 from peristalsis.errors import ConfigurationError, UnknownKeyError, shown, suggestion
 from peristalsis.parameters import PARAMETERS, READINGS, Parameter, Value, shipped
+from peristalsis.protocols import Protocol
+from peristalsis.protocols import parse as parse_protocol
 
 LAYERS = ("longitudinal", "circular")
 
@@ -247,6 +249,8 @@ class Run(Section):
 
     duration: float = parameter("run.duration", gt=0, le=1e5)
     stop_when_expelled: bool = parameter("run.stop_when_expelled")
+    stop_when_arrested: bool = parameter("run.stop_when_arrested")
+    stop_position: float = parameter("run.stop_position", gt=0, le=1000)
 
 
 class Output(Section):
@@ -285,6 +289,9 @@ class Configuration(BaseModel):
 
     reading: str = Field(default="tight", description="which reading of the paper supplies its doubtful numbers")
     scenario: str = Field(default="baseline", pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$", description="name of the run")
+    protocols: tuple[str, ...] = Field(
+        default=(), max_length=50, description="inputs that change in time, one line of text each"
+    )
     pellet: Pellet = Field(default_factory=Pellet)
     lumen: Lumen = Field(default_factory=Lumen)
     wall: Wall = Field(default_factory=Wall)
@@ -342,14 +349,14 @@ class Configuration(BaseModel):
 
     def flat(self) -> dict[str, Value]:
         """Dotted key to value, in the canonical unit, in the order of the file."""
-        values: dict[str, Value] = {"reading": self.reading, "scenario": self.scenario}
+        values: dict[str, Value] = {"reading": self.reading, "scenario": self.scenario, "protocols": self.protocols}
         for spec in FIELDS.values():
             values[spec.key] = getattr(getattr(self, spec.section), spec.name)
         return values
 
     def texts(self) -> dict[str, Any]:
         """Dotted key to value as it is written in a file: numbers with their units."""
-        return {key: _write(value, FIELDS[key].unit) if key in FIELDS else value for key, value in self.flat().items()}
+        return {key: _write(value, FIELDS[key].unit if key in FIELDS else "") for key, value in self.flat().items()}
 
     def items(self, scenario: Configuration | None = None) -> Iterator[Entry]:
         """Every parameter with its unit, tag and source; changed values are tagged as such.
@@ -372,6 +379,30 @@ class Configuration(BaseModel):
                 description=about.description,
                 shipped=about.value,
             )
+
+    @field_validator("protocols", mode="before")
+    @classmethod
+    def _read_protocols(cls, value: object) -> object:
+        """Protocols in their canonical text; tables are read in."""
+        lines = [value] if isinstance(value, str) else value
+        if not isinstance(lines, list | tuple):
+            raise ValueError("not a list of protocols, each one line of text")
+        numbers = _numbers()
+        read = [parse_protocol(line, numbers) for line in lines]
+        return tuple(protocol.text(numbers[protocol.parameter]) for protocol in read)
+
+    def time_courses(self) -> tuple[Protocol, ...]:
+        """The protocols as functions of time."""
+        return tuple(parse_protocol(line, _numbers()) for line in self.protocols)
+
+    def at_time(self, values: Mapping[str, float]) -> Self:
+        """A copy with checked numbers put in place by key, without checking them again: for use inside a run."""
+        sections: dict[str, dict[str, float]] = {}
+        for key, value in values.items():
+            section, _, name = key.partition(".")
+            sections.setdefault(section, {})[name] = value
+        update = {name: getattr(self, name).model_copy(update=fields) for name, fields in sections.items()}
+        return self.model_copy(update=update)
 
     def to_toml(self) -> str:
         """The complete configuration; `from_toml` reads it back identically."""
@@ -423,8 +454,10 @@ def json_schema() -> dict[str, Any]:
     names: dict[str, Any] = {
         name: {"type": "string", "default": field.default, "description": field.description}
         for name, field in Configuration.model_fields.items()
-        if name not in _SECTIONS
+        if name not in (*_SECTIONS, "protocols")
     }
+    lines = Configuration.model_fields["protocols"].description
+    names["protocols"] = {"type": "array", "items": {"type": "string"}, "default": [], "description": lines}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "peristalsis configuration",
@@ -519,7 +552,14 @@ _SECTIONS: dict[str, type[Section]] = {
     if isinstance(field.annotation, type) and issubclass(field.annotation, Section)
 }
 FIELDS: Mapping[str, FieldSpec] = {spec.key: spec for spec in _specs()}
-KEYS = ("reading", "scenario", *FIELDS)
+
+
+def _numbers() -> dict[str, str]:
+    """Every numeric parameter with its canonical unit."""
+    return {key: spec.unit for key, spec in FIELDS.items() if spec.kind == "number"}
+
+
+KEYS = ("reading", "scenario", "protocols", *FIELDS)
 
 
 def _parameters(reading: str) -> Iterator[tuple[str, Parameter]]:
@@ -593,7 +633,7 @@ def _reading_numbers(reading: str) -> dict[str, Any]:
 def _from_text(key: str, value: object) -> object:
     """The text of a command line, by the type of its field."""
     if not isinstance(value, str) or key not in FIELDS:
-        return value
+        return [value] if key == "protocols" and isinstance(value, str) else value
     text = value.strip()
     match FIELDS[key].kind:
         case "switch":
@@ -659,12 +699,20 @@ def _explain(error: ValidationError) -> ConfigurationError:
     first = complaints[0]
     key = ".".join(part for part in first["loc"] if isinstance(part, str))
     spec = FIELDS.get(key)
+    if key == "protocols":
+        raise ConfigurationError(f"protocols: {_protocol_cause(first)}")
     given = first["input"]
     # A number that was read but lies out of range arrives here without its unit.
     read = isinstance(given, float) and spec is not None and first["type"] != "value_error"
     value = shown(_write(given, spec.unit) if spec is not None and read else given)
     more = f" (and {len(complaints) - 1} more)" if len(complaints) > 1 else ""
     return ConfigurationError(f"{key} = {value}: {_cause(first, spec)}{more}")
+
+
+def _protocol_cause(complaint: Any) -> str:
+    if complaint["type"] == "too_long":
+        return f"too many; give at most {complaint['ctx']['max_length']}"
+    return f"{complaint['msg'].removeprefix('Value error, ').lower()}; give a list of lines of text"
 
 
 def _cause(complaint: Any, spec: FieldSpec | None) -> str:
@@ -700,10 +748,27 @@ def _check(config: Configuration) -> None:
     """What no field can know alone."""
     _check_grid(config)
     _check_steps(config)
+    if config.protocols:
+        _check_protocols(config)
     _check_places(config)
     _check_control(config)
     if config.pellet.enabled:
         _check_pellet(config)
+
+
+def _check_protocols(config: Configuration) -> None:
+    """Every value of every protocol must be allowed for its parameter, with all else as configured."""
+    seen: set[str] = set()
+    for protocol in config.time_courses():
+        if protocol.parameter in seen:
+            raise ConfigurationError(f"protocols: {protocol.parameter} has two of them; keep one")
+        seen.add(protocol.parameter)
+        unit = FIELDS[protocol.parameter].unit
+        for value in {min(protocol.values), max(protocol.values)}:
+            try:
+                config.overlaid({"protocols": [], protocol.parameter: _write(value, unit)})
+            except ConfigurationError as error:
+                raise ConfigurationError(f"protocols: {error}") from None
 
 
 def _check_grid(config: Configuration) -> None:

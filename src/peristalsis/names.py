@@ -89,4 +89,11 @@ PROBES = tuple(
     )
 )
 
-OUTPUTS = {output.name: output for output in (*COORDINATES, *FIELDS, *ACTIVATION, *SCALARS, *PROBES)}
+EVENTS = (
+    Output("event_time", ("event",), "s", "time of an event"),
+    Output("event_place", ("event",), "cm", "place of an event, distance from the oral end"),
+    Output("event_kind", ("event",), "", "kind of an event"),
+    Output("event_words", ("event",), "", "what happened"),
+)
+
+OUTPUTS = {output.name: output for output in (*COORDINATES, *FIELDS, *ACTIVATION, *SCALARS, *PROBES, *EVENTS)}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -230,19 +229,35 @@ class Expulsion:
 
 
 @dataclass
-class SolverClock:
-    """Wall-clock seconds spent inside the steps, by what the loop reports; the observers are not in it."""
+class StopConditions:
+    """Stops the run when the pellet's centre reaches a place, or when it has rested for a second after having moved."""
 
-    seconds: float = 0.0
-    _since: float = 0.0
+    position: float
+    when_arrested: bool
+    _track: list[float] = field(default_factory=list)
 
-    def on(self) -> None:
-        """The step begins."""
-        self._since = time.perf_counter()
+    RESTING_TIME = 1.0
+    RESTING_TRAVEL = 0.01
 
-    def off(self) -> None:
-        """The step has ended."""
-        self.seconds += time.perf_counter() - self._since
+    def start(self, model: Model, state: State) -> None:
+        """Remember where the pellet starts."""
+        self._track.append(state.pellet.position)
+
+    def see(self, model: Model, before: State, after: State, report: StepReport) -> str | None:
+        """Whether to stop now."""
+        if not model.pellet.present:
+            return None
+        place = after.pellet.position
+        if before.pellet.position < self.position <= place:
+            return f"the pellet has reached {self.position:g} cm"
+        if not self.when_arrested:
+            return None
+        self._track.append(place)
+        window = round(self.RESTING_TIME / model.dt_wall)
+        if len(self._track) <= window or abs(self._track[-1 - window] - self._track[0]) < self.RESTING_TRAVEL:
+            return None
+        rested = abs(place - self._track[-1 - window]) < self.RESTING_TRAVEL
+        return "the pellet has come to rest" if rested else None
 
 
 @dataclass

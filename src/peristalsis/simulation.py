@@ -14,12 +14,22 @@ import numpy as np
 
 from . import preflight, units
 from .build import build
-from .config import Configuration
-from .errors import ConfigurationError, DivergenceError, InterruptedRun
+from .config import FIELDS, Configuration
+from .errors import ConfigurationError, DivergenceError, InterruptedRun, suggestion
+from .events import Event, EventRecorder
 from .model.initial import initial_state
 from .model.state import PelletState, State
 from .model.step import advance
-from .observers import Callback, Expulsion, FieldRecorder, Observer, ProbeRecorder, ScalarRecorder
+from .observers import (
+    Callback,
+    Expulsion,
+    FieldRecorder,
+    Observer,
+    ProbeRecorder,
+    ScalarRecorder,
+    StopConditions,
+)
+from .protocols import changeable, values_at
 from .result import Result, summarise
 from .warm_up import warm_up
 
@@ -54,8 +64,20 @@ class Simulation:
         self._scalars = ScalarRecorder()
         self._fields = FieldRecorder(every)
         self._probes = ProbeRecorder(cells)
+        self._events = EventRecorder()
         self._expulsion = Expulsion(configuration.run.stop_when_expelled)
-        self._observers: list[Observer] = [self._scalars, self._fields, self._probes, self._expulsion, *observers]
+        run = configuration.run
+        self._observers: list[Observer] = [
+            self._scalars,
+            self._fields,
+            self._probes,
+            self._events,
+            self._expulsion,
+            StopConditions(run.stop_position, run.stop_when_arrested),
+            *observers,
+        ]
+        self._courses = configuration.time_courses()
+        self._inputs: dict[str, float] = {}
         if progress is not None:
             self._observers.append(Callback(progress))
         self.stopped: str | None = None
@@ -89,6 +111,26 @@ class Simulation:
         self._advance_to(self._target)
         return self.state
 
+    def set(self, changes: Mapping[str, Any]) -> None:
+        """Change inputs of the run from now on, such as {"lumen.pressure": "0.2 kPa"}; V0 stays.
+
+        Only pressure, friction, muscle force, conductances and the drivers can change (`protocols.changeable`).
+        Raises ConfigurationError for anything else and for bad values; nothing changes then.
+        """
+        fixed = [key for key in changes if not changeable(str(key))]
+        if fixed:
+            known = [key for key in FIELDS if changeable(key)]
+            raise ConfigurationError(f"{fixed[0]} cannot change during a run; {suggestion(str(fixed[0]), known)}")
+        self.configuration = self.configuration.with_changes(changes)
+        self.model = build(self.configuration, like=self.model)
+        self._inputs = {}
+        words = ", ".join(f"{key} = {value}" for key, value in changes.items())
+        self._events.note(self.time, "input_changed", math.nan, words)
+
+    def events(self) -> tuple[Event, ...]:
+        """What happened so far, in the order of time."""
+        return tuple(sorted(self._events.events, key=lambda event: event.time))
+
     def run(self) -> Result:
         """Advance to the end and return the result; a run that breaks off returns its history and says why."""
         try:
@@ -106,9 +148,18 @@ class Simulation:
                     raise InterruptedRun(f"interrupted at t = {self.time:.6g} s; the history up to there is kept")
                 self._step()
 
+    def _follow_protocols(self) -> None:
+        """Put the protocols' values at the start of the coming step in place, where they have changed."""
+        values = values_at(self._courses, self.time)
+        if values != self._inputs:
+            self._inputs = values
+            self.model = build(self.configuration.at_time(values), like=self.model)
+
     def _step(self) -> None:
         before = self.state
         begin = time.perf_counter()
+        if self._courses:
+            self._follow_protocols()
         after, report = advance(self.model, before)
         self._solver_seconds += time.perf_counter() - begin
         self.state = after
@@ -116,6 +167,9 @@ class Simulation:
             reason = observer.see(self.model, before, after, report)
             if reason is not None and self.stopped is None:
                 self.stopped = reason
+                expelled = self._expulsion.time is not None and reason == "expelled"
+                when = self._expulsion.time if expelled and self._expulsion.time is not None else self.time
+                self._events.note(when, "expelled" if expelled else "stopped", self.state.pellet.position, reason)
 
     def result(self) -> Result:
         """The result so far."""
@@ -162,6 +216,13 @@ class Simulation:
         arrays |= {name: np.stack(frames) for name, frames in self._fields.frames.items()}
         arrays |= self._scalars.columns()
         arrays |= self._probes.columns()
+        events = self.events()
+        arrays |= {
+            "event_time": np.array([event.time for event in events], dtype=float),
+            "event_place": np.array([event.place for event in events], dtype=float),
+            "event_kind": np.array([event.kind for event in events], dtype=object),
+            "event_words": np.array([event.words for event in events], dtype=object),
+        }
         return arrays
 
 

@@ -17,7 +17,7 @@ from typing import Any, Literal, get_args
 from peristalsis.errors import ReadingNotFound, shown, suggestion
 
 Tag = Literal["printed", "corrected", "sourced", "chosen", "calibrated"]
-Value = float | int | bool | str | tuple[float, ...]
+Value = float | int | bool | str | tuple[float, ...] | tuple[str, ...]
 
 _FOLDER = Path(__file__).parent
 _FILES = ("al_qatrawi_miftahof", "plant_1981", "tong_fung_1976", "chosen")

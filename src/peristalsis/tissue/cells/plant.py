@@ -7,6 +7,7 @@ Gates are kept in the order h, n, x, c (c is calcium); m follows the potential a
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -103,8 +104,9 @@ def _fill_table(dt: float, constants: CellConstants, table: np.ndarray) -> None:
         fill_row(TABLE_LOW + i * TABLE_STEP, dt, constants, table[i])
 
 
+@lru_cache(maxsize=16)
 def gate_table(dt: float, constants: CellConstants) -> Floats:
-    """Table of gate coefficients for steps of `dt` [ms], shape (7001, 8), over -200...150 mV.
+    """Table of gate coefficients for steps of `dt` [ms], shape (7001, 8), over -200...150 mV; shared, read-only.
 
     Decay factors belong to one step length; steady values do not, so a cell at rest in one table is at rest in
     every table made with the same constants.
@@ -112,6 +114,7 @@ def gate_table(dt: float, constants: CellConstants) -> Floats:
     rows = round((TABLE_HIGH - TABLE_LOW) / TABLE_STEP) + 1
     table = np.zeros((rows, 8))
     _fill_table(dt, constants, table)
+    table.setflags(write=False)
     return table
 
 

@@ -1,0 +1,96 @@
+"""What happened when: starts of stimuli, sticking and slipping, contact, expulsion, changed inputs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from .model.model import Model
+from .model.state import State
+from .model.step import StepReport
+from .pellet.friction import sliding_velocity
+
+KINDS = (
+    "pacemaker",
+    "trigger",
+    "receptors",
+    "slip",
+    "stick",
+    "contact_lost",
+    "contact_made",
+    "expelled",
+    "input_changed",
+    "stopped",
+)
+QUIET_TIME = 0.05
+"""A trigger event is the first firing after this long without one [s]; what runs on from it is the wave."""
+
+
+class Event(NamedTuple):
+    """One event: time [s], kind (one of KINDS), place from the oral end [cm] or nan, and a few words."""
+
+    time: float
+    kind: str
+    place: float
+    words: str
+
+
+@dataclass
+class EventRecorder:
+    """Collects the events of a run by comparing the two ends of every step."""
+
+    events: list[Event] = field(default_factory=list)
+    _last_trigger: float = -np.inf
+
+    def start(self, model: Model, state: State) -> None:
+        """Nothing has happened before the first step."""
+
+    def see(self, model: Model, before: State, after: State, report: StepReport) -> str | None:
+        """Note what this step brought."""
+        time = after.step * model.dt_wall
+        self._stimuli(model, before, after, time)
+        if model.pellet.present:
+            self._pellet(model, before, after, time)
+        return None
+
+    def note(self, time: float, kind: str, place: float, words: str) -> None:
+        """Add an event seen elsewhere."""
+        self.events.append(Event(time, kind, place, words))
+
+    def _stimuli(self, model: Model, before: State, after: State, time: float) -> None:
+        start = before.step * model.dt_wall
+        for layer, trains in (("longitudinal", model.longitudinal_trains), ("circular", model.circular_trains)):
+            for train in trains:
+                for pulse in train.between(start, time):
+                    if start <= pulse.begin < time:
+                        middle = 0.5 * (pulse.low + pulse.high)
+                        self.note(pulse.begin, "pacemaker", middle, f"pulse on the {layer} layer")
+        fired = (after.trigger.start != before.trigger.start).any(axis=1)
+        if fired.any():
+            if time - self._last_trigger > QUIET_TIME:
+                place = float(model.grid.cells[np.flatnonzero(fired)[0]])
+                self.note(time, "trigger", place, f"the circular layer is started (rule {model.trigger.rule})")
+            self._last_trigger = time
+        if after.reflex.fired != before.reflex.fired:
+            words = "mechanoreceptors discharge: excitation above, inhibition below the pellet"
+            self.note(time, "receptors", after.pellet.position, words)
+
+    def _pellet(self, model: Model, before: State, after: State, time: float) -> None:
+        slides = [
+            sliding_velocity(state.pellet.axial_force, model.pellet.viscous, model.pellet.dry)[0] != 0.0
+            for state in (before, after)
+        ]
+        touches = [bool((state.wall.contact > 0.0).any()) for state in (before, after)]
+        place = after.pellet.position
+        if slides[1] and not slides[0]:
+            self.note(
+                time, "slip", place, f"the axial force of {after.pellet.axial_force:.1f} mN overcomes dry friction"
+            )
+        elif slides[0] and not slides[1]:
+            self.note(time, "stick", place, "dry friction holds the pellet")
+        if touches[0] and not touches[1]:
+            self.note(time, "contact_lost", place, "the wall no longer touches the pellet")
+        elif touches[1] and not touches[0]:
+            self.note(time, "contact_made", place, "the wall touches the pellet again")
