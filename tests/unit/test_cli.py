@@ -1,0 +1,737 @@
+"""The command line: what is printed where, what is stored, and how a run that breaks off ends."""
+
+from __future__ import annotations
+
+import errno
+import io
+import json
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stderr
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import peristalsis as ps
+from peristalsis import comparing, scenarios
+from peristalsis.cli import main, running
+from peristalsis.cli.commands import EXAMPLES, EXIT_CODES
+from peristalsis.cli.report import number_text
+from peristalsis.cli.stored import labels
+from peristalsis.cli.streams import ForgivingStream, RunProgress, Screen, spelled
+from peristalsis.errors import ConfigurationError, DivergenceError
+from peristalsis.plots import Plots
+from peristalsis.result import CONFIGURATION_FILE, RESULT_FILE, SUMMARY_FILE, Result
+
+TINY = {"grid.n_z": "300", "grid.n_z_wall": "100", "run.duration": "0.05 s"}
+SET = tuple(word for key, value in TINY.items() for word in ("--set", f"{key}={value}"))
+NUMBERS = {RESULT_FILE, SUMMARY_FILE, CONFIGURATION_FILE}
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(ps.__file__).parents[1])}
+PICTURES = {f"{name}.png" for name in running.PICTURES}
+
+Capture = pytest.CaptureFixture[str]
+
+
+def no_space(*_: object, **__: object) -> None:
+    """What writing to a full disk does."""
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def contents(folder: Path) -> set[str]:
+    """Names in a folder, the hidden ones as well."""
+    return {path.name for path in folder.iterdir()}
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty working folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with two short stored runs, `first` and `second`, without pictures."""
+    folder = tmp_path_factory.mktemp("runs")
+    for name, pressure in (("first", "0.1 kPa"), ("second", "0.2 kPa")):
+        ps.run("baseline", {**TINY, "lumen.pressure": pressure}).save(folder / name)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(runs: Path) -> Result:
+    """One short run."""
+    return ps.load(runs / "first")
+
+
+@pytest.fixture
+def at_once(monkeypatch: pytest.MonkeyPatch, result: Result) -> Result:
+    """Let `run` come to its result without computing."""
+    monkeypatch.setattr(running, "_simulate", lambda *_: (result, None))
+    return result
+
+
+# --- start-up and help ------------------------------------------------------------------------------
+
+
+def test_help_loads_nothing_heavy_and_is_quick() -> None:
+    program = (
+        "import sys; from peristalsis.cli import main; code = main(['--help']);"
+        "heavy = {'numpy', 'numba', 'matplotlib', 'xarray', 'pint', 'scipy', 'h5py', 'peristalsis.config'};"
+        "print(sorted(heavy & set(sys.modules)), code)"
+    )
+    seconds = []
+    for _ in range(3):  # the quickest of three: the machine may be busy
+        begin = time.perf_counter()
+        done = subprocess.run(
+            [sys.executable, "-c", program], capture_output=True, text=True, check=True, env=ENVIRONMENT
+        )
+        seconds.append(time.perf_counter() - begin)
+    assert done.stdout.splitlines()[-1] == "[] 0"
+    assert min(seconds) < 0.5
+
+
+def test_module_and_command_are_the_same() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "peristalsis", "version"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=ENVIRONMENT,
+    )
+    assert done.stdout.startswith(f"peristalsis {ps.__version__}, python ")
+
+
+def test_help_states_exit_codes_and_commands(capsys: Capture) -> None:
+    assert main([]) == 0
+    text = capsys.readouterr().out
+    assert " ".join(text.split()).endswith(EXIT_CODES)
+    for command in EXAMPLES:
+        assert re.search(rf"^ *{command}\b", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize("command", EXAMPLES)
+def test_examples_stand_in_the_help_as_they_are_typed(command: str, capsys: Capture) -> None:
+    assert main([*filter(None, [command]), "--help"]) == 0
+    text = capsys.readouterr().out
+    for example in EXAMPLES[command]:
+        assert f"  {example}\n" in text
+
+
+def test_examples_run(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    """Every example, in the order of the help texts, on a small grid and with stubs for the slow drawing."""
+    from peristalsis.cli import inputs
+
+    read = inputs.read_settings
+    monkeypatch.setattr(inputs, "read_settings", lambda settings: {**TINY, **read(settings)})
+    drawn: list[str] = []
+
+    def save(plots: Plots, folder: Path, names: Any = None, formats: Any = ("png",)) -> list[Path]:
+        drawn.extend(plots.available() if names is None else names)
+        assert set(drawn) <= set(plots.names())
+        folder.mkdir(exist_ok=True)
+        return []
+
+    def film(plots: Plots, path: Path) -> Path:
+        path.write_bytes(b"GIF89a")
+        return path
+
+    def export_csv(result: Result, folder: Path) -> None:
+        folder.mkdir()
+
+    monkeypatch.setattr(Plots, "save", save)
+    monkeypatch.setattr(Plots, "film", film)
+    monkeypatch.setitem(sys.modules, "peristalsis.plots.export", SimpleNamespace(export_csv=export_csv))
+    (here / "my.toml").write_text('scenario = "resting"\n[lumen]\npressure = "1 mmHg"\n', encoding="utf-8")
+    assert main(["run", "reflex_only"]) == 0
+    done = set()
+    for command in ("run", *EXAMPLES):
+        for example in EXAMPLES[command]:
+            words = shlex.split(example)
+            assert words[0] == "peristalsis"
+            if example not in done:
+                assert main(words[1:]) == 0, capsys.readouterr().err
+            done.add(example)
+    assert (here / "out/mine" / SUMMARY_FILE).exists()
+    assert (here / "out/compared/tracks.png").exists()
+    assert "overview" in drawn
+
+
+# --- a run that finishes ----------------------------------------------------------------------------
+
+
+def test_a_run_stores_numbers_and_pictures(here: Path, capsys: Capture) -> None:
+    assert main(["run", "baseline", *SET]) == 0
+    said = capsys.readouterr()
+    assert contents(here) == {"out"}
+    assert contents(here / "out") == {"baseline"}
+    assert contents(here / "out/baseline") == NUMBERS | PICTURES
+    assert ps.load("out/baseline").configuration.texts()["grid.n_z"] == 300
+    text = " ".join(said.out.split())
+    for words in ("230 mN*s/cm 23 N*s/m 230 Ns/m", "20 mN 0.02 N 20 N", "1.2 cm 12 mm", "overview.png"):
+        assert words in text
+    assert re.search(r"mean velocity of the pellet \S+ cm/s \S+ mm/s", text)
+    assert re.search(r"largest axial force on the pellet \S+ mN \S+ N", text)
+    assert "saved in out/baseline" in text
+
+
+def test_json_is_one_object_and_that_of_the_summary_file(here: Path, capsys: Capture) -> None:
+    assert main(["run", "baseline", *SET, "--no-plots", "--json", "--out", "deep/down"]) == 0
+    said = capsys.readouterr()
+    content = json.loads(said.out)
+    assert content == json.loads((here / "deep/down" / SUMMARY_FILE).read_text())
+    assert (content["scenario"], content["reading"], content["error"]) == ("baseline", "tight", None)
+    assert contents(here / "deep/down") == NUMBERS
+    lines = [line for line in said.err.splitlines() if "%" in line]
+    assert len(lines) <= 10
+    assert lines[-1] == "100 %  t = 0.05 of 0.05 s, pellet at 1.20 cm"
+
+
+def test_a_file_its_reading_and_changes_reach_the_run(here: Path, at_once: Result, monkeypatch: Any) -> None:
+    seen = []
+
+    def simulate(given: ps.Configuration, screen: Screen) -> tuple[Result, None]:
+        seen.append(given)
+        return at_once, None
+
+    monkeypatch.setattr(running, "_simulate", simulate)
+    Path("my.toml").write_text('scenario = "resting"\n[pellet]\nradius = "8 mm"\nstart_gap = "1 mm"\n')
+    words = [
+        "run",
+        "--config",
+        "my.toml",
+        "--reading",
+        "stretched",
+        "--set",
+        "wall.length = 12 cm",
+        "--no-plots",
+    ]
+    assert main(words) == 0
+    assert seen == [
+        scenarios.configuration(
+            "resting", reading="stretched", changes={"pellet.start_gap": "1 mm", "wall.length": "12 cm"}
+        )
+    ]
+    assert contents(here / "out") == {"resting"}
+
+
+def test_remarks_are_warnings(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    from peristalsis import simulation
+
+    begin = simulation.initial_state
+    monkeypatch.setattr(
+        simulation, "initial_state", lambda model: (*begin(model)[:2], ["the cell is restless"])
+    )
+    assert main(["run", "baseline", *SET, "--no-plots", "--json"]) == 0
+    said = capsys.readouterr()
+    assert "warning: the cell is restless\n" in said.err
+    json.loads(said.out)
+
+
+def test_overwrite_replaces_an_old_result(here: Path, at_once: Result) -> None:
+    assert main(["run", "baseline", "--no-plots"]) == 0
+    (here / "out/baseline/old.png").write_bytes(b"")
+    assert main(["run", "baseline", "--no-plots"]) == 4
+    assert "old.png" in contents(here / "out/baseline")
+    assert main(["run", "baseline", "--no-plots", "--overwrite"]) == 0
+    assert contents(here / "out/baseline") == NUMBERS
+
+
+def test_drawing_that_fails_costs_the_pictures_only(
+    here: Path, at_once: Result, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    def save(plots: Plots, folder: Path, names: object) -> None:
+        (folder / "half.png").write_bytes(b"")
+        raise ValueError("no ink")
+
+    monkeypatch.setattr(Plots, "save", save)
+    assert main(["run", "baseline"]) == 0
+    said = capsys.readouterr()
+    assert contents(here / "out/baseline") == NUMBERS
+    assert said.err == (
+        "warning: the pictures could not be drawn (no ink); the numbers are saved in out/baseline\n"
+    )
+
+
+# --- a run that breaks off --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        ["--set", "pacemaker.intensity=1000 uA/cm^2"],
+        ["--set", "solver.max_newton=1", "--set", "solver.max_halvings=0"],
+    ],
+    ids=["potential", "wall"],
+)
+def test_a_diverged_run_keeps_its_history(changes: list[str], here: Path, capsys: Capture) -> None:
+    assert main(["run", "baseline", *SET, *changes, "--json", "--no-plots"]) == 3
+    said = capsys.readouterr()
+    content = json.loads(said.out)
+    assert content == json.loads((here / "out/baseline" / SUMMARY_FILE).read_text())
+    assert content["status"] == "diverged"
+    assert " t = " in content["error"]
+    assert said.err.splitlines()[-1] == f"error: {content['error']} (saved in out/baseline)"
+    stored = ps.load("out/baseline")
+    assert (stored.status, stored.error) == ("diverged", content["error"])
+    assert np.isfinite(stored.arrays["radius"]).all()
+
+
+def test_a_run_that_cannot_begin_leaves_nothing(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    def begin(*_: object) -> None:
+        raise DivergenceError("the tube bursts at t = 0 s; lower lumen.pressure")
+
+    monkeypatch.setattr("peristalsis.simulation.initial_state", begin)
+    assert main(["run", "baseline", *SET, "--json"]) == 3
+    said = capsys.readouterr()
+    assert json.loads(said.out) == {
+        "scenario": "baseline",
+        "status": "diverged",
+        "error": "the tube bursts at t = 0 s; lower lumen.pressure",
+    }
+    assert contents(here) == set()
+
+
+@contextmanager
+def started(*words: str) -> Iterator[subprocess.Popen[str]]:
+    """A run in a process of its own, once it has made a tenth of its way."""
+    command = [
+        sys.executable,
+        "-m",
+        "peristalsis",
+        "run",
+        "baseline",
+        *SET,
+        "--set",
+        "output.interval=1 s",
+        *words,
+    ]
+    command[command.index("run.duration=0.05 s")] = "run.duration=20 s"
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
+    )
+    try:
+        assert process.stderr is not None
+        assert any(line.startswith(" 10 %") for line in process.stderr)  # reads on until then
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
+def test_a_signal_stops_a_run_and_keeps_its_history(number: signal.Signals, here: Path) -> None:
+    with started("--json", "--set", "run.stop_when_expelled=false") as process:
+        process.send_signal(number)
+        out, err = process.communicate(timeout=60)
+        assert process.returncode == 130
+    content = json.loads(out)
+    assert content == json.loads((here / "out/baseline" / SUMMARY_FILE).read_text())
+    assert content["status"] == "interrupted"
+    assert 2.0 <= content["simulated_s"] < 20.0
+    assert err.splitlines()[-1] == f"{content['error']} (saved in out/baseline)"
+    assert "Traceback" not in err
+    assert contents(here / "out/baseline") == NUMBERS  # nobody who stops a run waits for its pictures
+    assert ps.load("out/baseline").status == "interrupted"
+
+
+def test_a_killed_run_leaves_nothing_that_loads(here: Path) -> None:
+    with started("--set", "run.stop_when_expelled=false") as process:
+        process.kill()
+        process.communicate(timeout=60)
+    for folder in (path for path in here.rglob("*") if path.is_dir()):
+        with pytest.raises(ConfigurationError):
+            ps.load(folder)
+    with pytest.raises(ConfigurationError, match="missing"):
+        ps.load("out/baseline")
+
+
+def interrupted(*_: object, **__: object) -> None:
+    """What Ctrl-C does to a function."""
+    raise KeyboardInterrupt
+
+
+def test_interrupted_before_the_first_step(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.setattr("peristalsis.simulation.warm_up", interrupted)
+    assert main(["run", "baseline", *SET, "--json"]) == 130
+    said = capsys.readouterr()
+    assert json.loads(said.out) == {
+        "scenario": "baseline",
+        "status": "interrupted",
+        "error": "interrupted; nothing was written",
+    }
+    assert "Traceback" not in said.err
+    assert contents(here) == set()
+
+
+def test_interrupted_while_drawing_keeps_the_numbers(
+    here: Path, at_once: Result, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.setattr(Plots, "save", interrupted)
+    assert main(["run", "baseline", "--json"]) == 130
+    said = capsys.readouterr()
+    assert json.loads(said.out) == json.loads((here / "out/baseline" / SUMMARY_FILE).read_text())
+    assert said.err == "warning: interrupted while drawing; the numbers are saved in out/baseline\n"
+    assert contents(here / "out/baseline") == NUMBERS
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
+def test_writing_is_not_cut_in_two(
+    number: signal.Signals, here: Path, at_once: Result, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    write = Result._encoding
+
+    def signalled(result: Result) -> Any:
+        os.kill(os.getpid(), number)
+        return write(result)
+
+    before = signal.getsignal(number)
+    monkeypatch.setattr(Result, "_encoding", signalled)
+    assert main(["run", "baseline"]) == 130
+    assert contents(here / "out") == {"baseline"}
+    assert contents(here / "out/baseline") == NUMBERS
+    assert "interrupted while drawing" in capsys.readouterr().err
+    assert signal.getsignal(number) is before
+
+
+def test_a_second_signal_gives_up_writing_and_cleans_up(
+    here: Path, at_once: Result, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    def twice(result: Result) -> Any:
+        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(Result, "_encoding", twice)
+    assert main(["run", "baseline"]) == 130
+    assert capsys.readouterr().err == "interrupted; nothing was written\n"
+    assert contents(here / "out") == set()
+
+
+def test_sigterm_ends_any_command_quietly(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    def ended() -> tuple[str, ...]:
+        os.kill(os.getpid(), signal.SIGTERM)
+        return ()
+
+    monkeypatch.setattr(scenarios, "names", ended)
+    assert main(["list", "--json"]) == 130
+    said = capsys.readouterr()
+    assert json.loads(said.out)["status"] == "interrupted"
+    assert said.err == "interrupted\n"
+
+
+# --- what cannot be written -------------------------------------------------------------------------
+
+
+def test_a_full_disk_leaves_the_target_as_it_was(
+    here: Path, at_once: Result, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    assert main(["run", "baseline", "--no-plots"]) == 0
+    old = {path.name: path.read_bytes() for path in (here / "out/baseline").iterdir()}
+    capsys.readouterr()
+    monkeypatch.setattr(Path, "write_text", no_space)
+    assert main(["run", "baseline", "--no-plots", "--overwrite", "--json"]) == 4
+    said = capsys.readouterr()
+    content = json.loads(said.out)
+    assert content["status"] == "write_failed"
+    assert "out/baseline" in content["error"]
+    assert "No space left on device" in content["error"]
+    assert content["simulated_s"] == at_once.summary["simulated_s"]
+    assert said.err == f"error: {content['error']}\n"
+    assert contents(here / "out") == {"baseline"}
+    assert {path.name: path.read_bytes() for path in (here / "out/baseline").iterdir()} == old
+
+
+def test_errors_of_the_file_library_are_write_errors(
+    here: Path, at_once: Result, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    def close(*_: object, **__: object) -> None:
+        raise RuntimeError("can't close file")
+
+    monkeypatch.setattr(Result, "save", close)
+    assert main(["run", "baseline", "--json"]) == 4
+    assert json.loads(capsys.readouterr().out)["status"] == "write_failed"
+
+
+def test_a_full_disk_is_noticed_before_the_run(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.setattr("tempfile.TemporaryFile", no_space)
+    assert main(["run", "baseline", *SET]) == 4
+    assert "No space left on device" in capsys.readouterr().err
+    assert contents(here) == set()
+
+
+@pytest.mark.parametrize("words", [["list"], ["--help"], ["schema"], ["list", "--json"]], ids=" ".join)
+def test_a_reader_that_went_away_is_no_error(words: list[str]) -> None:
+    command = [sys.executable, "-m", "peristalsis", *words]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
+    )
+    assert process.stdout is not None
+    process.stdout.close()
+    process.stdout = None
+    _, err = process.communicate(timeout=60)
+    assert (process.returncode, err) == (0, "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_output_that_is_lost_is_a_write_error() -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "peristalsis", "version"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=ENVIRONMENT,
+        )
+    assert done.returncode == 4
+    assert done.stderr == "error: standard output could not be written: No space left on device\n"
+
+
+def test_a_stream_falls_silent_once() -> None:
+    class Gone(io.StringIO):
+        def write(self, text: str) -> int:
+            raise BrokenPipeError
+
+    stream = ForgivingStream(Gone())
+    assert stream.write("words") == 5
+    assert stream.write("more") == 4
+    stream.flush()
+    assert isinstance(stream.error, BrokenPipeError)
+
+
+def test_an_unforeseen_error_is_one_line(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    def broken() -> tuple[str, ...]:
+        raise TypeError("two\nlines")
+
+    monkeypatch.setattr(scenarios, "names", broken)
+    monkeypatch.delenv("PERISTALSIS_TRACEBACK", raising=False)
+    assert main(["list", "--json"]) == 1
+    said = capsys.readouterr()
+    assert json.loads(said.out)["status"] == "failed"
+    assert said.err.count("\n") == 1
+    assert "unforeseen TypeError: two lines" in said.err
+    monkeypatch.setenv("PERISTALSIS_TRACEBACK", "1")
+    with pytest.raises(TypeError):
+        main(["list"])
+
+
+# --- what there is ----------------------------------------------------------------------------------
+
+
+def answer(words: list[str], capsys: Capture) -> Any:
+    """The JSON object of a command, and the same command for a person succeeds as well."""
+    assert main(words) == 0
+    assert capsys.readouterr().out.strip()
+    assert main([*words, "--json"]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    return json.loads(said.out)
+
+
+def test_list(capsys: Capture) -> None:
+    content = answer(["list"], capsys)
+    assert [each["name"] for each in content["scenarios"]] == list(scenarios.names())
+    assert [each["name"] for each in content["readings"]] == ["tight", "stretched", "printed"]
+    assert all(each["expected"] and each["title"] for each in content["scenarios"])
+
+
+def test_show(capsys: Capture) -> None:
+    words = ["show", "segmentation", "--set", "pellet.radius=8 mm"]
+    content = answer(words, capsys)["parameters"]
+    assert content["pellet.radius"]["text"] == "0.8 cm"
+    assert content["pellet.radius"]["tag"] == "set by user"
+    assert content["rings.enabled"]["tag"] == "set by scenario"
+    assert content["pellet.dry_friction"]["printed"] == "20 N"
+    assert list(answer([*words, "lumen"], capsys)["parameters"]) == [
+        "lumen.pressure",
+        "lumen.adiabatic_exponent",
+    ]
+    assert list(answer([*words, "lumen.pressure"], capsys)["parameters"]) == ["lumen.pressure"]
+    main(["show", "baseline", "pellet.dry_friction"])
+    row = capsys.readouterr().out.splitlines()[-3:]
+    assert re.search(r"pellet.dry_friction +20.0 mN +printed +20 N", "\n".join(row))
+
+
+def test_shown_toml_is_a_valid_file(here: Path, capsys: Capture) -> None:
+    assert main(["show", "pendular", "--reading", "printed", "--toml"]) == 0
+    Path("my.toml").write_text(capsys.readouterr().out, encoding="utf-8")
+    content = answer(["validate", "my.toml"], capsys)
+    assert content == {
+        "scenario": "pendular",
+        "reading": "printed",
+        "status": "valid",
+        "changed": [],
+        "digest": scenarios.configuration("pendular", reading="printed").digest(),
+    }
+
+
+def test_validate_names_what_is_changed(here: Path, capsys: Capture) -> None:
+    Path("my.toml").write_text("[pellet]\nradius = '0.8 cm'\n", encoding="utf-8")
+    assert answer(["validate", "my.toml"], capsys)["changed"] == ["pellet.radius"]
+
+
+def test_schema(capsys: Capture) -> None:
+    assert answer(["schema"], capsys)["title"] == "peristalsis configuration"
+
+
+def test_cite_counts_every_number_once(runs: Path, capsys: Capture) -> None:
+    content = answer(["cite", "segmentation"], capsys)
+    keys = [key for listed in content["sources"].values() for key in listed]
+    assert len(keys) == len(set(keys)) == len(list(scenarios.configuration().items()))
+    assert any("Plant" in source for source in content["sources"])
+    assert "rings.enabled" in content["sources"]["set by scenario"]
+    stored = answer(["cite", str(runs / "second")], capsys)
+    assert "lumen.pressure" in stored["sources"]["set by user"]
+
+
+def test_version(capsys: Capture) -> None:
+    content = answer(["version"], capsys)
+    assert content["peristalsis"] == ps.__version__
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.startswith(f"peristalsis {ps.__version__}, ")
+
+
+# --- stored runs ------------------------------------------------------------------------------------
+
+
+def test_plot(runs: Path, here: Path, capsys: Capture) -> None:
+    words = ["plot", str(runs / "first"), "track", "track", "--format", "svg", "--out", "figures"]
+    assert answer(words, capsys)["files"] == ["figures/track.svg"]
+    assert contents(here / "figures") == {"track.svg"}
+    assert main(["plot", str(runs / "first"), "trakc"]) == 2
+    assert "did you mean track?" in capsys.readouterr().err
+
+
+def test_film_and_export(runs: Path, here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    monkeypatch.setattr(Plots, "film", lambda plots, path: path.write_bytes(b"GIF89a"))
+    words = ["film", str(runs / "first"), "--out", "a.gif"]
+    assert main(words) == 0
+    assert main(words) == 4
+    assert "'a.gif' exists" in capsys.readouterr().err
+    assert main([*words, "--overwrite"]) == 0
+
+    def export_csv(result: Result, folder: Path) -> None:
+        folder.mkdir(exist_ok=True)
+        (folder / "track.csv").write_text(str(result.summary["steps"]))
+
+    monkeypatch.setitem(sys.modules, "peristalsis.plots.export", SimpleNamespace(export_csv=export_csv))
+    capsys.readouterr()
+    assert main(["export", str(runs / "first"), "--out", "tables", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["files"] == ["tables/track.csv"]
+    assert contents(here / "tables") == {"track.csv"}
+    assert main(["export", str(runs / "first"), "--out", "tables"]) == 4
+
+
+def test_compare(runs: Path, here: Path, capsys: Capture) -> None:
+    folders = [str(runs / "first"), str(runs / "second")]
+    content = answer(["compare", *folders], capsys)
+    assert contents(here) == set()
+    assert [run["name"] for run in content["runs"]] == ["first", "second"]
+    assert content["changed"] == {"lumen.pressure": ["0.1 kPa", "0.2 kPa"]}
+    pressures = content["numbers"]["max_lumen_pressure_kPa"]
+    assert pressures[0] < 0.15 < pressures[1]
+    assert main(["compare", *folders, "--out", "both", "--json"]) == 0
+    drawn = json.loads(capsys.readouterr().out)
+    assert drawn["pictures"] == ["both/tracks.png", "both/diameter_difference.png"]
+    assert contents(here / "both") == {"comparison.json", "tracks.png", "diameter_difference.png"}
+    stored = json.loads((here / "both/comparison.json").read_text())
+    assert {**stored, "pictures": drawn["pictures"]} == drawn
+    assert main(["compare", *folders, "--out", "both"]) == 4
+
+
+def test_labels_tell_runs_apart() -> None:
+    assert labels(["out/a", "out/b/"]) == ["a", "b"]
+    assert labels(["one/a", "two/a", "b"]) == ["one/a", "two/a", "b"]
+    with pytest.raises(ConfigurationError, match="twice"):
+        labels(["out/a", "out/a"])
+
+
+Make = Callable[[np.ndarray, np.ndarray, float], Result]
+
+
+@pytest.fixture
+def made(result: Result) -> Make:
+    """Make a result whose radius is bilinear in time and place, on any grid."""
+
+    def make(time: np.ndarray, z: np.ndarray, slope: float) -> Result:
+        radius = 1.0 + slope * time[:, None, None] * z[None, :, None]
+        return replace(result, arrays={**result.arrays, "time": time, "z": z, "radius": radius})
+
+    return make
+
+
+def test_difference_of_diameter_maps_is_exact_for_bilinear_maps(made: Make) -> None:
+    first = made(np.linspace(0.0, 3.0, 7), np.linspace(0.0, 10.0, 11), 0.1)
+    second = made(np.linspace(0.0, 2.0, 10), np.linspace(0.0, 8.0, 33), 0.3)
+    time, z, difference = comparing.diameter_difference(first, second)
+    np.testing.assert_array_equal(time, np.linspace(0.0, 2.0, 5))  # what both have, on the grid of the first
+    np.testing.assert_array_equal(z, np.arange(9.0))
+    np.testing.assert_allclose(difference, 2.0 * 0.2 * time[:, None] * z[None, :], rtol=1e-13, atol=1e-13)
+    assert not comparing.diameter_difference(first, first)[2].any()
+
+
+def test_runs_without_common_time_have_no_difference(made: Make, tmp_path: Path) -> None:
+    z = np.linspace(0.0, 10.0, 11)
+    first, second = made(np.array([0.0, 1.0]), z, 0.1), made(np.array([0.0]), z, 0.1)
+    with pytest.raises(ConfigurationError, match=r"output\.interval"):
+        comparing.diameter_difference(first, second)
+    written, left_out = comparing.draw({"a": first, "_$b": second}, tmp_path)
+    assert [path.name for path in written] == ["tracks.png"]
+    assert len(left_out) == 1
+
+
+# --- small parts ------------------------------------------------------------------------------------
+
+
+def test_number_text() -> None:
+    assert number_text(None, "cm") == "-"
+    assert number_text(4.1666667, "cm/s") == "4.167 cm/s"
+    assert number_text(4.1666667, "mm/s", 10.0) == "41.67 mm/s"
+    assert number_text(25, "1") == "25"
+
+
+def test_paths_stay_on_one_line() -> None:
+    assert spelled(Path("out/run")) == "out/run"
+    assert "\n" not in spelled("two\nlines")
+
+
+def test_every_number_of_a_summary_can_be_shown(result: Result) -> None:
+    known = {number.key.partition(".")[0] for number in comparing.NUMBERS}
+    assert set(result.summary) - known == {"scenario", "reading", "status", "error", "version"}
+
+
+def test_progress_on_a_terminal_is_a_bar() -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    terminal = Terminal()
+    with redirect_stderr(terminal), RunProgress(Screen(json=False), 1.0, True) as progress:
+        progress.see(0.0, 1.2)  # before the start, nothing is shown
+        progress.start()
+        for step in range(11):
+            progress.see(0.1 * step, 1.2)
+    assert "pellet at 1.20 cm" in terminal.getvalue()
+    assert "running" in terminal.getvalue()
+
+
+def test_progress_without_pellet_names_none(capsys: Capture) -> None:
+    with RunProgress(Screen(json=False), 1.0, False) as progress:
+        progress.start()
+        progress.see(1.0, 0.0)
+    assert capsys.readouterr().err.splitlines()[-1] == "100 %  t = 1 of 1 s"

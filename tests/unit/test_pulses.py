@@ -1,0 +1,70 @@
+"""Stimuli: what is delivered does not depend on the step or on the cells, Eq. (24)."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from peristalsis.control.pacemaker import PulseTrain
+from peristalsis.control.pulses import Pulse, add_pulses, covered, overlap_in_time
+
+
+@given(
+    st.floats(0.0, 0.3),
+    st.floats(0.001, 0.3),
+    st.floats(0.0, 8.0),
+    st.floats(0.01, 2.0),
+    st.integers(1, 300),
+    st.integers(8, 200),
+)
+def test_charge_does_not_depend_on_step_and_grid(
+    begin: float, duration: float, low: float, width: float, steps: int, cells: int
+) -> None:
+    """Strength x duration x width, for any step that the pulse begins and ends inside of, and any cells."""
+    h = 10.0 / cells
+    z = (np.arange(cells) + 0.5) * h
+    pulse = Pulse(begin, begin + duration, low, low + width, 2.5)
+    ends, charge = np.linspace(0.0, 1.0, steps + 1), 0.0
+    for start, stop in pairwise(ends):
+        drive = np.zeros((cells, 2))
+        add_pulses([pulse], z, h, start, stop, drive)
+        charge += drive[:, 1].sum() * h * (stop - start)
+    assert charge == pytest.approx(2.5 * duration * width, rel=1e-9)
+
+
+def test_pulses_add_up() -> None:
+    drive = np.zeros((10, 1))
+    z = np.arange(10) + 0.5
+    add_pulses([Pulse(0, 1, 0, 3, 2.0), Pulse(0, 0.5, 2, 4, 1.0)], z, 1.0, 0.0, 1.0, drive)
+    assert drive[:, 0].tolist() == [2, 2, 2.5, 0.5, 0, 0, 0, 0, 0, 0]
+
+
+def test_partly_covered_cells_and_steps_count_in_part() -> None:
+    assert covered(np.array([0.0, 1.0]), np.array([1.0, 2.0]), 0.25, 1.5).tolist() == [0.75, 0.5]
+    assert overlap_in_time(0.2, 0.7, 0.5, 1.0) == pytest.approx(0.4)
+    assert overlap_in_time(2.0, 3.0, 0.5, 1.0) == 0.0
+
+
+@given(st.floats(0.0, 2.0), st.floats(0.2, 3.0), st.integers(1, 8), st.integers(10, 400))
+def test_train_delivers_every_pulse_once(onset: float, period: float, count: int, steps: int) -> None:
+    """However the steps fall: `count` pulses of 50 ms each, none twice, none left out."""
+    train = PulseTrain(onset, period, count, 0.05, 2.0, 0.0, 0.3)
+    ends = np.linspace(0.0, 30.0, steps + 1)
+    on, seen = 0.0, set()
+    for start, stop in pairwise(ends):
+        for pulse in train.between(start, stop):
+            on += float(overlap_in_time(pulse.begin, pulse.end, start, stop)) * (stop - start)
+            seen.add(pulse.begin)
+    assert len(seen) == count
+    assert on == pytest.approx(0.05 * count, rel=1e-9)
+
+
+def test_single_pulse_is_found_after_its_onset_step() -> None:
+    """One pulse under way in a later step is still on; before and after it there is none."""
+    train = PulseTrain(1.0, 3.0, 1, 0.05, 2.0, 0.0, 0.3)
+    assert train.between(0.0, 1.0) == []
+    assert len(train.between(1.02, 1.03)) == 1
+    assert train.between(1.05, 1.06) == []
+    assert train.between(4.0, 4.1) == []

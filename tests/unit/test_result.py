@@ -1,0 +1,90 @@
+"""What a run leaves behind: stored and read back without losing a bit, or refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from verification.problems.runs import configured
+
+from peristalsis.errors import ConfigurationError, WriteError
+from peristalsis.names import OUTPUTS
+from peristalsis.result import Result, load, wave_speed
+from peristalsis.simulation import Simulation
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    changes = {"grid.n_z": 100, "grid.n_z_wall": 60, "run.duration": "0.1 s", "pellet.viscous_friction": "120 mN*s/cm"}
+    return Simulation(configured(changes)).run()
+
+
+def test_round_trip_keeps_every_bit(result: Result, tmp_path: Path) -> None:
+    """Arrays, summary, configuration and remarks; nan stays nan."""
+    back = load(result.save(tmp_path / "run"))
+    assert back.arrays.keys() == result.arrays.keys()
+    for name, values in result.arrays.items():
+        assert back.arrays[name].dtype == values.dtype, name
+        assert np.array_equal(back.arrays[name], values, equal_nan=values.dtype.kind == "f"), name
+    assert back.summary == result.summary
+    assert back.configuration == result.configuration
+    assert back.remarks == result.remarks
+
+
+def test_dataset_carries_units_dimensions_and_origin(result: Result) -> None:
+    """Every output as it is named once, and the configuration that made it."""
+    dataset = result.dataset
+    for name in result.arrays:
+        assert dataset[name].attrs["units"] == OUTPUTS[name].unit
+        assert dataset[name].dims == OUTPUTS[name].dimensions
+    assert dataset.attrs["configuration"] == result.configuration.to_toml()
+    assert dataset.attrs["configuration_digest"] == result.configuration.digest()
+    assert dataset["radius"].shape == (11, 61, 1)
+
+
+def test_existing_folder_is_not_overwritten_unasked(result: Result, tmp_path: Path) -> None:
+    folder = result.save(tmp_path / "run")
+    with pytest.raises(WriteError, match="exists"):
+        result.save(folder)
+    assert result.save(folder, overwrite=True) == folder
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["run"], "nothing temporary may stay"
+
+
+def test_foreign_folder_is_never_overwritten(result: Result, tmp_path: Path) -> None:
+    (tmp_path / "thesis.txt").write_text("years of work", encoding="utf-8")
+    with pytest.raises(WriteError, match="no result of peristalsis"):
+        result.save(tmp_path, overwrite=True)
+    assert (tmp_path / "thesis.txt").exists()
+
+
+@pytest.mark.parametrize("keep", [0, 100, 5000])
+def test_truncated_file_is_refused(result: Result, tmp_path: Path, keep: int) -> None:
+    """R3: a torn file is one sentence, never half a result."""
+    folder = result.save(tmp_path / "run")
+    file = folder / "result.nc"
+    file.write_bytes(file.read_bytes()[:keep])
+    with pytest.raises(ConfigurationError, match="not a whole result"):
+        load(folder)
+
+
+def test_missing_result_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match=r"result.nc is missing"):
+        load(tmp_path)
+
+
+def test_wave_speed_is_the_slope_between_3_and_8_cm() -> None:
+    z = np.linspace(0.05, 9.95, 100)
+    times = 0.3 + z / 4.2
+    times[z < 2.9] += 7.0
+    assert wave_speed(z, times) == pytest.approx(4.2, rel=1e-12)
+    times[50] = np.nan
+    assert wave_speed(z, times) is None, "a wave that did not pass has no speed"
+
+
+def test_summary_agrees_with_the_arrays(result: Result) -> None:
+    """The numbers of the summary are those of the recorded steps."""
+    summary, arrays = result.summary, result.arrays
+    assert summary["final_position_cm"] == arrays["pellet_position"][-1]
+    assert summary["travel_cm"] == pytest.approx(arrays["pellet_position"][-1] - arrays["pellet_position"][0])
+    assert summary["max_axial_force_mN"] == np.abs(arrays["axial_force"]).max()
+    assert summary["steps"] == 50
+    assert summary["simulated_s"] == pytest.approx(0.1)

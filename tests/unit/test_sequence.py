@@ -1,0 +1,95 @@
+"""The circular layer started by the longitudinal one, Eq. (25)."""
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from peristalsis.control.sequence import (
+    Trigger,
+    TriggerState,
+    observe_activation,
+    observe_tension,
+    quiet,
+    trigger_current,
+)
+
+TRIGGER = Trigger("active", 0.1, 100.0, 1.5, 0.05, 0.7)
+
+
+def starts(
+    tension: Callable[[float], float], seconds: float, dt: float = 0.002, trigger: Trigger = TRIGGER
+) -> list[float]:
+    """The times at which a cell with this tension starts its circular neighbour."""
+    state, found = quiet((1, 1)), []
+    for k in range(1, round(seconds / dt) + 1):
+        before = state.start[0, 0]
+        state = observe_tension(trigger, state, np.array([[tension(k * dt)]]), k * dt)
+        if state.start[0, 0] != before:
+            found.append(float(state.start[0, 0]))
+    return found
+
+
+@pytest.mark.parametrize("dt", [0.004, 0.002, 0.001])
+def test_fires_once_and_right_after_the_maximum(dt: float) -> None:
+    """One maximum, one pulse, not more than a step and a half late, whatever the step."""
+    found = starts(lambda t: 300.0 * np.exp(-(((t - 0.5) / 0.1) ** 2)), 1.5, dt)
+    assert len(found) == 1
+    assert 0.0 <= found[0] - 0.5 <= 1.5 * dt + 1e-12
+
+
+def test_maximum_below_the_level_is_ignored() -> None:
+    assert starts(lambda t: 99.0 * np.sin(np.pi * t) ** 2, 1.0) == []
+    assert len(starts(lambda t: 101.0 * np.sin(np.pi * t) ** 2, 1.0)) == 1
+
+
+def test_refractory_time_swallows_what_comes_too_soon() -> None:
+    """Maxima every 0.3 s with 0.7 s of refractory time: every third starts a pulse."""
+    found = starts(lambda t: 200.0 * np.sin(np.pi * t / 0.3) ** 2, 3.0)
+    assert np.diff(found) == pytest.approx(0.9, abs=0.005)
+
+
+def test_plateau_fires_when_it_ends() -> None:
+    """A tension that stays at its largest value has not yet passed it."""
+    found = starts(lambda t: 200.0 * min(t / 0.1, 1.0, max(0.0, (0.6 - t) / 0.1)), 1.0)
+    assert found == pytest.approx([0.502], abs=0.003)
+
+
+def test_falling_from_the_start_is_no_maximum() -> None:
+    state = quiet((1, 1))._replace(tension=np.array([[500.0]]))
+    state = observe_tension(TRIGGER, state, np.array([[400.0]]), 0.002)
+    assert state.start[0, 0] == -np.inf
+
+
+def test_cells_fire_each_for_themselves() -> None:
+    state = TriggerState(np.array([[200.0], [200.0]]), np.array([[True], [False]]), np.full((2, 1), -np.inf))
+    state = observe_tension(TRIGGER, state, np.array([[199.0], [199.0]]), 1.0)
+    assert state.start.ravel().tolist() == [1.0, -np.inf]
+
+
+@pytest.mark.parametrize("dt", [0.05, 0.0123, 0.002])
+def test_pulse_carries_its_charge_whatever_the_step(dt: float) -> None:
+    state = quiet((1, 1))._replace(start=np.array([[0.1111]]))
+    ends = np.arange(0.0, 0.4 + dt, dt)
+    charge = sum(float(trigger_current(TRIGGER, state, a, b)[0, 0]) * (b - a) for a, b in pairwise(ends))
+    assert charge == pytest.approx(1.5 * 0.05, rel=1e-9)
+
+
+def test_delay_rule_waits_and_respects_the_refractory_time() -> None:
+    trigger = TRIGGER._replace(rule="delay")
+    state = observe_activation(trigger, quiet((1, 3)), np.array([[np.nan, 0.2, 0.3]]))
+    assert state.start[0].tolist() == [-np.inf, pytest.approx(0.3), pytest.approx(0.4)]
+    later = observe_activation(trigger, state, np.array([[np.nan, 0.8, 1.1]]))
+    assert later.start[0, 1:].tolist() == [pytest.approx(0.3), pytest.approx(1.2)]
+
+
+@pytest.mark.xfail(strict=True, reason="a new activation overwrites a planned pulse that has not begun yet")
+def test_delay_rule_keeps_a_pulse_that_is_still_to_come() -> None:
+    """Two activations 1 s apart with a delay of 2 s: two pulses, at 2 and at 3 s."""
+    trigger = TRIGGER._replace(rule="delay", delay=2.0)
+    state, charge, dt = quiet((1, 1)), 0.0, 0.01
+    for k in range(400):
+        state = observe_activation(trigger, state, np.array([[0.0 if k * dt < 1.0 else 1.0]]))
+        charge += float(trigger_current(trigger, state, k * dt, (k + 1) * dt)[0, 0]) * dt
+    assert charge == pytest.approx(2 * 1.5 * 0.05, rel=1e-9)

@@ -1,0 +1,63 @@
+"""Transfer between grids: constants and integrals are kept, Eq. (33)."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from peristalsis.geometry.grid import Grid
+from peristalsis.numerics.transfer import average, interpolation, overlap
+
+
+def edges(widths: list[float]) -> np.ndarray:
+    """Cell edges from 0 to 1 with these relative widths."""
+    ends = np.concatenate([[0.0], np.cumsum(widths)])
+    return ends / ends[-1]
+
+
+widths = st.lists(st.floats(0.05, 1.0), min_size=1, max_size=30)
+
+
+@given(widths, widths, st.integers(0, 2**32 - 1))
+def test_integral_and_constants_are_kept(source: list[float], target: list[float], seed: int) -> None:
+    """Any two divisions of the same length: the integral passes over unchanged, and so does a constant."""
+    a, b = edges(source), edges(target)
+    weights = overlap(a, b)
+    values, found = np.random.default_rng(seed).normal(size=(a.size - 1, 2)), np.empty((b.size - 1, 2))
+    average(weights, values, found)
+    assert np.diff(b) @ found == pytest.approx(np.diff(a) @ values, abs=1e-12)
+    average(weights, np.full_like(values, 3.7), found)
+    assert found == pytest.approx(3.7, rel=1e-14)
+
+
+@given(widths, widths)
+def test_averages_stay_between_the_extremes(source: list[float], target: list[float]) -> None:
+    """No weight is negative: the depolarisation of a half element lies between those of its cells."""
+    weights = overlap(edges(source), edges(target))
+    assert weights.weights.min() >= 0.0
+    assert np.all(np.diff(weights.start) >= 1)
+
+
+@given(arrays(float, 12, elements=st.floats(-5, 5)))
+def test_same_grid_changes_nothing(values: np.ndarray) -> None:
+    line = np.linspace(0.0, 1.0, 13)
+    found = np.empty((12, 1))
+    average(overlap(line, line), values[:, None], found)
+    assert np.array_equal(found[:, 0], values)
+
+
+def test_interpolation_is_exact_for_lines_and_flat_outside() -> None:
+    source, target = np.linspace(0.5, 9.5, 10), np.array([0.0, 0.5, 3.25, 9.5, 10.0])
+    found = np.empty((5, 1))
+    average(interpolation(source, target), (2.0 * source - 1.0)[:, None], found)
+    assert found[:, 0] == pytest.approx([0.0, 0.0, 5.5, 18.0, 18.0], abs=1e-13)
+
+
+def test_depolarised_length_reaches_the_wall_whole() -> None:
+    """The shipped grids do not divide one another: the area under phi+ is the same on both."""
+    grid = Grid(10.0, 1000, 800)
+    values = np.random.default_rng(1).uniform(size=(1000, 1))
+    found = np.empty((1600, 1))
+    average(grid.cells_to_half_elements, values, found)
+    assert found.sum() * 10.0 / 1600 == pytest.approx(values.sum() * 0.01, rel=1e-13)

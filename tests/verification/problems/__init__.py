@@ -1,0 +1,1 @@
+"""Exact problems with their sources, independent solutions, and short runs that many tests look at."""
