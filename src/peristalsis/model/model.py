@@ -93,12 +93,14 @@ class Model:
         constants = self.cell if self.pacemaker_cell is None else self.pacemaker_cell.constants
         return plant.gate_table(self.dt_cell, constants), plant.gate_table(0.5 * self.dt_cell, constants)
 
-    def stages(self, layer: Layer, stretch: Floats) -> Floats:
+    def stages(self, layer: Layer, stretch: Floats, opened: float = 0.0) -> Floats:
         """Coefficients of the explicit step of a layer, with as many stages as stability asks for, Eq. (31).
 
         stretch: longitudinal, of the elements; a shortened wall conducts better per undeformed length, Eq. (11).
+        opened: largest inhibitory conductance [mS/cm^2].
         """
         rate = self.cell.kinetics_rate * float(layer.conductances.sum(axis=0).max()) / self.cell.capacitance
+        rate += opened / self.cell.capacitance
         if layer.conducts:
             decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
             rate += decay / float(stretch.min())

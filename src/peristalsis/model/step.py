@@ -122,7 +122,8 @@ def _advance_layer(
         coefficient = (layer.diffusivity * 1e-3 / (24.0 * grid.cell_size) ** 2) / faces
     else:
         coefficient = np.empty((0, grid.n_theta))
-    tissue = _Tissue(layer.conductances, coefficient, model.stages(layer, stretch), model.tables, model.cell)
+    opened = 0.0 if shunt is None else float(shunt.max())
+    tissue = _Tissue(layer.conductances, coefficient, model.stages(layer, stretch, opened), model.tables, model.cell)
     return _advance_sheet(model, sheet, tissue, drive, shunt, start, f"{name} potential")
 
 
