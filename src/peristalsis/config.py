@@ -845,6 +845,13 @@ def _check_control(config: Configuration) -> None:
             f"under trigger.rule = {trigger.rule} the circular layer cannot come first",
             "use at least 0 s, or trigger.rule = pacemaker",
         )
+    if trigger.rule == "pacemaker" and pacemaker.kind == "cell":
+        _refuse(
+            "trigger.rule",
+            "pacemaker",
+            "it follows the pulses of the pacemaker, and pacemaker.kind = cell has none",
+            "use trigger.rule = active, or pacemaker.kind = pulse or periodic",
+        )
     if pacemaker.kind == "periodic" and pacemaker.period <= pacemaker.duration:
         _refuse(
             "pacemaker.period",

@@ -14,6 +14,8 @@ CELL_ERROR = (3.3, 0.96, 4)
 """Cells of 0.96 foot lengths change the transit by 3.3 %, with the fourth power of their size."""
 ELEMENT_ERROR = (1.5, 1.2, 2)
 """Wall elements of 1.2 foot lengths change it by 1.5 %, with the second power."""
+MEASURED_RANGE = 5.0
+"""Beyond this [%] the laws are no longer those that were measured, and the warning names no number."""
 ACCEPTED = 1.0
 """Error of either grid beyond which a run warns [%]; the shipped grids make 0.2 and 0.4 %."""
 
@@ -52,9 +54,10 @@ def remarks(configuration: Configuration) -> list[str]:
         error = expected_error(length / count, foot, law)
         if error > ACCEPTED:
             needed = math.ceil(count * (error / ACCEPTED) ** (1.0 / law[2]))
+            expected = f"about {error:.1g} %" if error < MEASURED_RANGE else "several per cent or more"
             found.append(
                 f"{key} = {count}: {what} of {10.0 * length / count:.2g} mm are coarse for a wave whose foot is "
-                f"{10.0 * foot:.2g} mm long; expect the transit to be off by about {error:.1g} %. "
+                f"{10.0 * foot:.2g} mm long; expect the transit to be off by {expected}. "
                 f"Use {needed} or more for {ACCEPTED:g} %"
             )
     return found

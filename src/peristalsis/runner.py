@@ -12,14 +12,14 @@ from .simulation import Simulation
 
 
 def run(
-    scenario: str = "baseline",
+    scenario: str | None = None,
     changes: Mapping[str, Any] | None = None,
     *,
     reading: str | None = None,
     file: str | PathLike[str] | None = None,
     progress: Callable[[float, float], None] | None = None,
 ) -> Result:
-    """Run a scenario and return its result.
+    """Run a scenario (the file's own, or the baseline, if none is named) and return its result.
 
     changes: parameters by name, values as text with a unit ("120 mN*s/cm") or plain for numbers without unit.
     reading: tight, stretched or printed. file: a TOML configuration laid over the scenario. Raises

@@ -22,7 +22,8 @@ ALLOWED = {
     "units": {"units", "errors"},
     "errors": {"errors"},
     "parameters": {"parameters", "units", "errors"},
-    "config": {"config", "parameters", "units", "errors"},
+    "protocols": {"protocols", "units", "errors"},
+    "config": {"config", "protocols", "parameters", "units", "errors"},
 }
 """What each layer may import of the package; layers that are not named lie above all of these."""
 

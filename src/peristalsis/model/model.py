@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..control.pacemaker import PulseTrain
 from ..control.reflex import Reflex
 from ..control.sequence import Trigger
+from ..errors import DivergenceError
 from ..geometry.grid import Grid
 from ..numerics.stabilised import coefficients, stages_for
 from ..tissue.cells import plant
@@ -23,6 +24,17 @@ Floats = NDArray[np.float64]
 
 ACTIVATION_LEVEL = -40.0
 """A cell counts as activated when its potential rises through this level [mV]."""
+
+
+def explicit_stages(rate: float, dt: float) -> Floats:
+    """Coefficients of an explicit step of dt [ms] against a decay rate [1/ms]; DivergenceError if none will do."""
+    stages = stages_for(rate * dt)
+    if stages == 0:
+        raise DivergenceError(
+            f"step.conduction = {dt:g} ms is too long for a decay rate of {rate:.3g} /ms (conduction on a short or finely "
+            "divided wall); lower step.conduction or grid.n_z"
+        )
+    return coefficients(stages)
 
 
 @dataclass(frozen=True)
@@ -104,4 +116,4 @@ class Model:
         if layer.conducts:
             decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
             rate += decay / float(stretch.min())
-        return coefficients(stages_for(rate * self.dt_cell))
+        return explicit_stages(rate, self.dt_cell)

@@ -13,7 +13,6 @@ from ..control.reflex import observe_stretch
 from ..control.sequence import observe_activation, observe_tension, trigger_current
 from ..errors import DivergenceError
 from ..numerics.rates import rate_formula
-from ..numerics.stabilised import coefficients, stages_for
 from ..numerics.transfer import average
 from ..pellet.contact import axial_force
 from ..pellet.friction import sliding_velocity
@@ -21,7 +20,7 @@ from ..tissue.cells.plant import CellConstants
 from ..tissue.sheet import advance_sheet
 from .equilibrium import CONVERGED, REASONS, Step, solve_equilibrium
 from .fields import axial_tension_of_elements, column, stretch_of_elements
-from .model import ACTIVATION_LEVEL, Layer, Model
+from .model import ACTIVATION_LEVEL, Layer, Model, explicit_stages
 from .state import PelletState, SheetState, State, WallState
 
 Floats = NDArray[np.float64]
@@ -132,7 +131,7 @@ def _advance_pacemaker(model: Model, sheet: SheetState, drive: Floats, start: fl
     if cell is None:
         return sheet
     rate = cell.constants.kinetics_rate * float(cell.conductances.sum()) / cell.constants.capacitance
-    stages = coefficients(stages_for(rate * model.dt_cell))
+    stages = explicit_stages(rate, model.dt_cell)
     tissue = _Tissue(cell.conductances, np.empty((0, 1)), stages, model.pacemaker_tables, cell.constants)
     return _advance_sheet(model, sheet, tissue, drive, None, start, "pacemaker potential")
 

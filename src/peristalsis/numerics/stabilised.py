@@ -22,11 +22,11 @@ def stability_limit(stages: int) -> float:
 
 
 def stages_for(product: float) -> int:
-    """Least number of stages for a step times decay rate, with a tenth in hand; ValueError beyond 200."""
+    """Least number of stages for a step times decay rate, with a tenth in hand; 0 if 200 would not do."""
     for stages in range(2, MOST_STAGES + 1):
         if 1.1 * product <= stability_limit(stages):
             return stages
-    raise ValueError(f"step times decay rate = {product:g} needs more than {MOST_STAGES} stages")
+    return 0
 
 
 @cache

@@ -1,0 +1,127 @@
+"""Inputs in time: the line of text, its round trip, what may change, and the same bits either way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import peristalsis as ps
+from peristalsis.config import Configuration
+from peristalsis.errors import ConfigurationError
+from peristalsis.protocols import Protocol, changeable, parse
+
+UNITS = {"lumen.pressure": "kPa", "longitudinal.active": "1", "pellet.radius": "cm"}
+TINY = {"grid.n_z": 300, "grid.n_z_wall": 100, "run.duration": "0.1 s", "output.interval": "10 ms"}
+
+
+def test_ramp_and_step() -> None:
+    ramp = parse("lumen.pressure: ramp 0.1 kPa at 1 s, 0.3 kPa at 2000 ms", UNITS)
+    assert [ramp.at(t) for t in (0.0, 1.0, 1.5, 2.0, 9.0)] == pytest.approx([0.1, 0.1, 0.2, 0.3, 0.3], abs=1e-15)
+    step = parse("longitudinal.active: step 1 at 0 s, 0.5 at 1 s", UNITS)
+    assert [step.at(t) for t in (0.0, 0.999, 1.0, 5.0)] == [1.0, 1.0, 0.5, 0.5]
+
+
+def test_step_takes_its_value_at_a_time_made_of_steps() -> None:
+    """500 steps of 2 ms are 1 s but for roundoff, which must not put the step off by one."""
+    step = Protocol("lumen.pressure", "step", (0.0, 1.0), (0.1, 0.2))
+    assert step.at(500 * 0.002) == 0.2
+    assert step.at(np.nextafter(1.0, 0.0)) == 0.2
+    assert step.at(499 * 0.002) == 0.1
+
+
+@given(
+    st.lists(st.floats(0, 50, allow_subnormal=False), min_size=1, max_size=6, unique=True),
+    st.lists(st.floats(0, 100, allow_subnormal=False), min_size=6, max_size=6),
+    st.sampled_from(("step", "ramp")),
+)
+def test_text_reads_back_identically(times: list[float], values: list[float], shape: str) -> None:
+    protocol = Protocol("lumen.pressure", shape, tuple(sorted(times)), tuple(values[: len(times)]))
+    assert parse(protocol.text("kPa"), UNITS) == protocol
+
+
+def test_configuration_round_trip() -> None:
+    config = Configuration().with_changes({"protocols": ["lumen.pressure: ramp 1 mmHg at 0 s, 2 mmHg at 1 s"]})
+    assert Configuration.from_toml(config.to_toml()) == config
+    assert config.digest() != Configuration().digest()
+
+
+def test_table(tmp_path: Path) -> None:
+    file = tmp_path / "pressure.csv"
+    file.write_text("time [ms],value [mbar]\n0,1\n500,2\n", encoding="utf-8")
+    table = parse(f"lumen.pressure: table {file}", UNITS)
+    assert table == Protocol("lumen.pressure", "ramp", (0.0, 0.5), (0.1, 0.2))
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("lumen.pressure", "not a parameter, a shape and its values"),
+        ("lumen.presure: step 1 kPa at 0 s", "did you mean lumen.pressure"),
+        ("pellet.radius: step 1 cm at 0 s", "cannot change during a run"),
+        ("lumen.pressure: jump 1 kPa at 0 s", "not one of step, ramp, table"),
+        ("lumen.pressure: ramp 1 kPa at 1 s, 2 kPa at 1 s", "do not increase"),
+        ("lumen.pressure: ramp 1 kPa", "no ' at '"),
+        ("lumen.pressure: ramp 1 cm at 0 s", "cannot be converted to kPa"),
+        ("lumen.pressure: ramp 1 at 0 s", "unit is missing"),
+        ("lumen.pressure: ramp nan kPa at 0 s", "finite"),
+        ("lumen.pressure: ramp 1000 kPa at 0 s", "out of range"),
+        ("lumen.pressure: table nowhere.csv", "cannot be read"),
+    ],
+)
+def test_mistakes_are_one_sentence(text: str, says: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        Configuration().with_changes({"protocols": [text]})
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_two_protocols_of_one_parameter_are_refused() -> None:
+    line = "lumen.pressure: step 1 kPa at 0 s"
+    with pytest.raises(ConfigurationError, match="two of them"):
+        Configuration().with_changes({"protocols": [line, line]})
+
+
+def test_what_may_change() -> None:
+    assert changeable("lumen.pressure") and changeable("reflex.delay") and changeable("circular.fast_calcium")
+    assert not changeable("wall.radius") and not changeable("grid.n_z") and not changeable("pacemaker.kind")
+
+
+def test_protocol_and_set_between_advances_give_the_same_bits() -> None:
+    """A pressure ramp and a conductance step, once as protocols and once by hand, step by step."""
+    lines = [
+        "lumen.pressure: ramp 0.1 kPa at 0.02 s, 0.3 kPa at 0.08 s",
+        "longitudinal.slow_calcium: step 0.004 mS/cm^2 at 0 s, 0.006 mS/cm^2 at 0.05 s",
+    ]
+    whole = ps.run("baseline", {**TINY, "protocols": lines})
+    courses = ps.configuration("baseline", changes={"protocols": lines}).time_courses()
+    sim = ps.Simulation(ps.configuration("baseline", changes=TINY))
+    for _ in range(50):
+        pressure, conductance = (course.at(sim.time) for course in courses)
+        sim.set({"lumen.pressure": f"{pressure!r} kPa", "longitudinal.slow_calcium": f"{conductance!r} mS/cm^2"})
+        sim.advance("2 ms")
+    pieces = sim.result()
+    assert whole.arrays["lumen_pressure"].max() > 0.25  # the ramp did act
+    for name, values in whole.arrays.items():
+        if not name.startswith("event"):
+            assert np.array_equal(values, pieces.arrays[name], equal_nan=True), name
+
+
+def test_pressure_protocol_keeps_the_reference_volume() -> None:
+    sim = ps.Simulation(ps.configuration("baseline", changes=TINY))
+    before = sim.model.lumen.reference_volume
+    sim.set({"lumen.pressure": "0.2 kPa"})
+    assert sim.model.lumen.reference_volume == before
+    assert sim.model.lumen.pressure == pytest.approx(20.0)
+
+
+def test_set_refuses_what_cannot_change_and_changes_nothing() -> None:
+    sim = ps.Simulation(ps.configuration("baseline", changes=TINY))
+    model = sim.model
+    for changes in ({"wall.radius": "1 cm"}, {"lumen.pressure": "1 cm"}, {"lumen.presure": "1 kPa"}):
+        with pytest.raises(ConfigurationError):
+            sim.set(changes)
+    assert sim.model is model
