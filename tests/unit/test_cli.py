@@ -229,9 +229,7 @@ def test_remarks_are_warnings(here: Path, monkeypatch: pytest.MonkeyPatch, capsy
     from peristalsis import simulation
 
     begin = simulation.initial_state
-    monkeypatch.setattr(
-        simulation, "initial_state", lambda model: (*begin(model)[:2], ["the cell is restless"])
-    )
+    monkeypatch.setattr(simulation, "initial_state", lambda model: (*begin(model)[:2], ["the cell is restless"]))
     assert main(["run", "baseline", *SET, "--no-plots", "--json"]) == 0
     said = capsys.readouterr()
     assert "warning: the cell is restless\n" in said.err
@@ -258,9 +256,7 @@ def test_drawing_that_fails_costs_the_pictures_only(
     assert main(["run", "baseline"]) == 0
     said = capsys.readouterr()
     assert contents(here / "out/baseline") == NUMBERS
-    assert said.err == (
-        "warning: the pictures could not be drawn (no ink); the numbers are saved in out/baseline\n"
-    )
+    assert said.err == ("warning: the pictures could not be drawn (no ink); the numbers are saved in out/baseline\n")
 
 
 # --- a run that breaks off --------------------------------------------------------------------------
@@ -287,9 +283,7 @@ def test_a_diverged_run_keeps_its_history(changes: list[str], here: Path, capsys
     assert np.isfinite(stored.arrays["radius"]).all()
 
 
-def test_a_run_that_cannot_begin_leaves_nothing(
-    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
+def test_a_run_that_cannot_begin_leaves_nothing(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
     def begin(*_: object) -> None:
         raise DivergenceError("the tube bursts at t = 0 s; lower lumen.pressure")
 
@@ -319,9 +313,7 @@ def started(*words: str) -> Iterator[subprocess.Popen[str]]:
         *words,
     ]
     command[command.index("run.duration=0.05 s")] = "run.duration=20 s"
-    process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
-    )
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
     try:
         assert process.stderr is not None
         assert any(line.startswith(" 10 %") for line in process.stderr)  # reads on until then
@@ -363,9 +355,7 @@ def interrupted(*_: object, **__: object) -> None:
     raise KeyboardInterrupt
 
 
-def test_interrupted_before_the_first_step(
-    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
+def test_interrupted_before_the_first_step(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
     monkeypatch.setattr("peristalsis.simulation.warm_up", interrupted)
     assert main(["run", "baseline", *SET, "--json"]) == 130
     said = capsys.readouterr()
@@ -466,9 +456,7 @@ def test_errors_of_the_file_library_are_write_errors(
     assert json.loads(capsys.readouterr().out)["status"] == "write_failed"
 
 
-def test_a_full_disk_is_noticed_before_the_run(
-    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
+def test_a_full_disk_is_noticed_before_the_run(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
     monkeypatch.setattr("tempfile.TemporaryFile", no_space)
     assert main(["run", "baseline", *SET]) == 4
     assert "No space left on device" in capsys.readouterr().err
@@ -478,9 +466,7 @@ def test_a_full_disk_is_noticed_before_the_run(
 @pytest.mark.parametrize("words", [["list"], ["--help"], ["schema"], ["list", "--json"]], ids=" ".join)
 def test_a_reader_that_went_away_is_no_error(words: list[str]) -> None:
     command = [sys.executable, "-m", "peristalsis", *words]
-    process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
-    )
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
     assert process.stdout is not None
     process.stdout.close()
     process.stdout = None

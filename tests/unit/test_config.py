@@ -86,9 +86,9 @@ def valid(spec: FieldSpec) -> st.SearchStrategy[Any]:
     return st.lists(written, max_size=5) if spec.kind == "list" else written
 
 
-CHANGES = st.lists(
-    st.sampled_from(list(FIELDS.values())), max_size=8, unique_by=lambda spec: spec.key
-).flatmap(lambda specs: st.fixed_dictionaries({spec.key: valid(spec) for spec in specs}))
+CHANGES = st.lists(st.sampled_from(list(FIELDS.values())), max_size=8, unique_by=lambda spec: spec.key).flatmap(
+    lambda specs: st.fixed_dictionaries({spec.key: valid(spec) for spec in specs})
+)
 
 
 @given(changes=CHANGES, reading=st.sampled_from(["tight", "stretched", "printed"]))
@@ -119,9 +119,7 @@ def test_every_field_can_be_changed_or_says_why_not(spec: FieldSpec) -> None:
         DEFAULT.with_changes({spec.key: "nonsense"})
 
 
-@pytest.mark.parametrize(
-    "spec", [spec for spec in FIELDS.values() if spec.kind == "number"], ids=lambda s: s.key
-)
+@pytest.mark.parametrize("spec", [spec for spec in FIELDS.values() if spec.kind == "number"], ids=lambda s: s.key)
 def test_every_number_is_bounded_and_needs_its_unit(spec: FieldSpec) -> None:
     assert {"le", "lt"} & set(spec.bounds)
     assert {"ge", "gt"} & set(spec.bounds)
@@ -362,17 +360,11 @@ LEAVES = st.one_of(
     st.sampled_from(["1 cm", "1e400 cm", "-1 cm", "nan", "1 kPa", "true", "[1 cm]", "periodic"]),
 )
 TREES = st.recursive(LEAVES, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner))
-NAMES = st.one_of(
-    st.sampled_from([*KEYS, *(spec.section for spec in FIELDS.values())]), st.text(max_size=10), LEAVES
-)
-INNER_NAMES = st.one_of(
-    st.sampled_from([spec.name for spec in FIELDS.values()]), st.text(max_size=10), st.integers()
-)
+NAMES = st.one_of(st.sampled_from([*KEYS, *(spec.section for spec in FIELDS.values())]), st.text(max_size=10), LEAVES)
+INNER_NAMES = st.one_of(st.sampled_from([spec.name for spec in FIELDS.values()]), st.text(max_size=10), st.integers())
 
 
-@given(
-    tree=st.dictionaries(NAMES, TREES | st.dictionaries(INNER_NAMES, TREES, max_size=3), max_size=3) | TREES
-)
+@given(tree=st.dictionaries(NAMES, TREES | st.dictionaries(INNER_NAMES, TREES, max_size=3), max_size=3) | TREES)
 @settings(max_examples=400, deadline=None)
 def test_no_tree_raises_anything_but_a_configuration_error(tree: Any) -> None:
     for read in (Configuration.from_mapping, DEFAULT.with_changes, DEFAULT.overlaid):

@@ -45,9 +45,7 @@ MISTAKES = {
     "scenario like no other": Mistake(("run", "xyzzy"), ("scenario = 'xyzzy'", "choose one of baseline")),
     "empty scenario": Mistake(("run", ""), ("scenario = ''", "choose one of")),
     "unknown reading": Mistake((*RUN, "--reading", "tihgt"), ("reading = 'tihgt'", "did you mean tight?")),
-    "unknown key": Mistake(
-        (*RUN, "--set", "pellet.radis=1 cm"), ("'pellet.radis'", "did you mean pellet.radius?")
-    ),
+    "unknown key": Mistake((*RUN, "--set", "pellet.radis=1 cm"), ("'pellet.radis'", "did you mean pellet.radius?")),
     "key without section": Mistake((*RUN, "--set", "radius=1 cm"), ("'radius'", "radius?")),
     "key like no other": Mistake((*RUN, "--set", "xyzzy=1"), ("'xyzzy' is not a parameter", "choose one of")),
     "section for a key": setting("pellet=1", "pellet is a section", "pellet.enabled"),
@@ -62,9 +60,7 @@ MISTAKES = {
     "infinite by its size": setting("pellet.radius=1e999 cm", "finite number"),
     "no value": setting("pellet.radius=", "does not begin with a finite number", "'0.9 cm'"),
     "words for a number": setting("pellet.radius=big", "finite number", "'0.9 cm'"),
-    "a very long value": Mistake(
-        (*RUN, "--set", f"pellet.radius={'9' * 999} cm"), ("pellet.radius", "too many")
-    ),
+    "a very long value": Mistake((*RUN, "--set", f"pellet.radius={'9' * 999} cm"), ("pellet.radius", "too many")),
     "formula for a unit": setting("pellet.radius=1 cm**9**9", "is not a unit", "'0.9 cm'"),
     "list for a number": setting("pellet.radius=[1 cm, 2 cm]", "finite number", "'0.9 cm'"),
     "negative radius": Mistake(
@@ -73,9 +69,7 @@ MISTAKES = {
     ),
     "zero length": Mistake((*RUN, "--set", "wall.length=0 cm"), ("wall.length = '0.0 cm'", "more than 0 cm")),
     "fraction for a count": setting("grid.n_z=300.5", "not a whole number", "at least 8"),
-    "bad choice": setting(
-        "trigger.rule=activ", "active, total, pacemaker, delay, none", "did you mean active?"
-    ),
+    "bad choice": setting("trigger.rule=activ", "active, total, pacemaker, delay, none", "did you mean active?"),
     "bad switch": setting("reflex.enabled=maybe", "true or false"),
     "number for a switch": setting("reflex.enabled=1", "true or false"),
     # values that do not fit together
@@ -122,21 +116,15 @@ MISTAKES = {
     ),
     "scenario set": Mistake((*RUN, "--set", "scenario=mine"), ("scenario=mine", "NAME")),
     "scenario of the file": file('scenario = "resting"', "scenario = 'baseline'", "'resting'", "only one"),
-    "table twice in the file": file(
-        '[pellet]\nenabled = true\n[pellet]\nradius = "1 cm"', "my.toml", "not valid TOML"
-    ),
-    "key twice in the file": file(
-        'pellet.radius = "1 cm"\n"pellet.radius" = "2 cm"', "pellet.radius", "twice"
-    ),
+    "table twice in the file": file('[pellet]\nenabled = true\n[pellet]\nradius = "1 cm"', "my.toml", "not valid TOML"),
+    "key twice in the file": file('pellet.radius = "1 cm"\n"pellet.radius" = "2 cm"', "pellet.radius", "twice"),
     # configuration files
     "no such file": Mistake((*RUN, "--config", "my.toml"), ("'my.toml'", "No such file", "check the name")),
     "folder for a file": Mistake((*RUN, "--config", "."), ("'.'", "Is a directory", "check the name")),
     "malformed file": file("[pellet\nradius=", "my.toml", "not valid TOML", "line 1"),
     "nested too deeply": file("a = " + "[" * 9000 + "]" * 9000, "my.toml", "not valid TOML"),
     "unknown table": file("[pelet]\nradius = '1 cm'", "'pelet'", "did you mean pellet?"),
-    "unknown key in a table": file(
-        "[pellet]\nradis = '1 cm'", "'pellet.radis'", "did you mean pellet.radius?"
-    ),
+    "unknown key in a table": file("[pellet]\nradis = '1 cm'", "'pellet.radis'", "did you mean pellet.radius?"),
     "value for a table": file("pellet = 3", "pellet = 3", "pellet is a section"),
     "number without unit in the file": file("pellet.radius = 0.9", "pellet.radius = 0.9", "'0.9 cm'"),
     "list in the file": file("pellet.radius = ['1 cm']", "pellet.radius", "list", "'0.9 cm'"),
@@ -179,14 +167,10 @@ MISTAKES = {
     "section of a file": Mistake(("show", "baseline", "pellet", "--toml"), ("'pellet'", "--toml")),
     "unknown scenario to show": Mistake(("show", "basline"), ("'basline'", "did you mean baseline?")),
     "unknown scenario to cite": Mistake(("cite", "basline"), ("'basline'", "did you mean baseline?")),
-    "folder that is no run": Mistake(
-        ("cite", "photos"), ("config.toml", "No such file"), 2, {"photos/a": "a"}
-    ),
+    "folder that is no run": Mistake(("cite", "photos"), ("config.toml", "No such file"), 2, {"photos/a": "a"}),
     "nothing to plot": Mistake(("plot", "out/none"), ("'out/none'", "result.nc is missing")),
     "broken result": Mistake(("plot", "out/old"), ("result.nc", "not a whole result"), 2, STORED),
-    "unknown format": Mistake(
-        ("plot", "out/old", "--format", "pgn"), ("'pgn'", "png, svg, pdf", "did you mean png?")
-    ),
+    "unknown format": Mistake(("plot", "out/old", "--format", "pgn"), ("'pgn'", "png, svg, pdf", "did you mean png?")),
     "nothing to film": Mistake(("film", "out/none"), ("'out/none'", "result.nc is missing")),
     "unknown film": Mistake(("film", "out/old", "--out", "a.doc"), ("'a.doc'", ".gif or .mp4")),
     "nothing to export": Mistake(("export", "out/none"), ("'out/none'", "result.nc is missing")),
@@ -209,10 +193,7 @@ def nothing_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def tree(folder: Path) -> dict[str, bytes | None]:
     """All that is in a folder."""
-    return {
-        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None
-        for path in folder.rglob("*")
-    }
+    return {str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None for path in folder.rglob("*")}
 
 
 def prepare(folder: Path, files: Files | None) -> None:
@@ -257,11 +238,7 @@ def test_a_mistake_is_one_clear_line_and_leaves_no_trace(mistake: Mistake, ran: 
 
 @pytest.mark.parametrize(
     "mistake",
-    [
-        pytest.param(mistake, id=name)
-        for name, mistake in MISTAKES.items()
-        if mistake.words[-1] not in ("--out", "--")
-    ],
+    [pytest.param(mistake, id=name) for name, mistake in MISTAKES.items() if mistake.words[-1] not in ("--out", "--")],
 )
 def test_with_json_a_mistake_is_one_object(mistake: Mistake, ran: Ran) -> None:
     out, err = ran(mistake, ("--json",))

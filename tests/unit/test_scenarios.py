@@ -63,8 +63,7 @@ def test_unknown_names_are_answered_with_the_nearest() -> None:
 def test_layers_apply_in_order(tmp_path: Path) -> None:
     file = tmp_path / "run.toml"
     file.write_text(
-        'reading = "printed"\n[pellet]\nradius = "0.8 cm"\ndry_friction = "10 mN"\n'
-        '[pacemaker]\nkind = "pulse"\n'
+        'reading = "printed"\n[pellet]\nradius = "0.8 cm"\ndry_friction = "10 mN"\n[pacemaker]\nkind = "pulse"\n'
     )
     from_file = scenarios.configuration("periodic", file=file)
     assert from_file.scenario == "periodic"
@@ -72,9 +71,7 @@ def test_layers_apply_in_order(tmp_path: Path) -> None:
     assert (from_file.pellet.radius, from_file.wall.c10) == (0.8, 0.00794)  # and over its own reading
     read = scenarios.configuration("periodic", file=file, reading="stretched")
     assert (read.pellet.radius, read.pellet.dry_friction) == (1.5, 10.0)
-    changed = scenarios.configuration(
-        "periodic", file=file, reading="stretched", changes={"pellet.radius": "1.4 cm"}
-    )
+    changed = scenarios.configuration("periodic", file=file, reading="stretched", changes={"pellet.radius": "1.4 cm"})
     assert changed.pellet.radius == 1.4
 
 

@@ -32,10 +32,6 @@ def test_resting_tube_rests() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    strict=True,
-    reason="the guess of a step moves the clamped ends by dt times a rounding error, which BDF2 accumulates",
-)
 def test_resting_tube_rests_for_ten_seconds() -> None:
     """X3 on the shipped grid and tolerances, 5000 steps."""
     shipped = {
@@ -143,10 +139,6 @@ def test_switches_switch(name: str) -> None:
         assert np.abs(getattr(usual, about).potential - getattr(other, about).potential).max() > 1.0
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="the link current is held over a whole wall step: unstable above about C/dt, and not refused beforehand",
-)
 def test_strongly_coupled_pacemaker_cell_is_stable() -> None:
     """Eq. (24): the stronger the link the closer cell and muscle; nothing may oscillate with the step."""
     taken = march(0.1, COARSE, {"pacemaker.kind": "cell", "pacemaker.cell_coupling": "1 mS/cm^2"})

@@ -48,11 +48,15 @@ def observe_tension(trigger: Trigger, state: TriggerState, tension: Floats, time
     return TriggerState(tension, rising, np.where(fires, time, state.start))
 
 
-def observe_activation(trigger: Trigger, state: TriggerState, activation: Floats) -> TriggerState:
-    """Fire a fixed delay after the longitudinal activation of the same cell (times in s, nan before any)."""
+def observe_activation(trigger: Trigger, state: TriggerState, activation: Floats, time: float) -> TriggerState:
+    """Fire a fixed delay after the longitudinal activation of the same cell (times in s, nan before any).
+
+    A pulse that is planned or under way is not replaced, and none begins in the past.
+    """
     planned = activation + trigger.delay
     fires = planned - state.start > trigger.refractory  # false where nan
-    return state._replace(start=np.where(fires, planned, state.start))
+    fires &= state.start + trigger.duration <= time
+    return state._replace(start=np.where(fires, np.maximum(planned, time), state.start))
 
 
 def trigger_current(trigger: Trigger, state: TriggerState, start: float, stop: float) -> Floats:

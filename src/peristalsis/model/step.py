@@ -40,14 +40,10 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
     start = state.step * model.dt_wall
     stop = (state.step + 1) * model.dt_wall
     stretch = _stretch_ahead(model, state.wall)
-    longitudinal_drive, circular_drive, pacemaker_drive = _drives(model, state, start, stop)
-    shunt = np.zeros_like(circular_drive)
-    add_pulses(state.reflex.inhibition, model.grid.cells, model.grid.cell_size, start, stop, shunt)
-    longitudinal = _advance_layer(
-        model, model.longitudinal, state.longitudinal, stretch, longitudinal_drive, None, start, "longitudinal"
-    )
-    circular = _advance_layer(model, model.circular, state.circular, stretch, circular_drive, shunt, start, "circular")
-    pacemaker = _advance_pacemaker(model, state.pacemaker, pacemaker_drive, start)
+    stimuli = _stimuli(model, state, start, stop)
+    longitudinal = _advance_layer(model, "longitudinal", state.longitudinal, stretch, stimuli.longitudinal, start)
+    circular = _advance_layer(model, "circular", state.circular, stretch, stimuli.circular, start)
+    pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)
     drive = np.stack(
         [muscle_drive(model, model.longitudinal, longitudinal), muscle_drive(model, model.circular, circular)]
     )
@@ -84,56 +80,76 @@ def _stretch_ahead(model: Model, wall: WallState) -> Floats:
     return np.maximum(now + 0.5 * model.dt_wall / wall.step_before * (now - before), 0.5 * now)
 
 
-def _drives(model: Model, state: State, start: float, stop: float) -> tuple[Floats, Floats, Floats]:
-    """Mean stimulus currents over the step: longitudinal, circular (n_z, n_theta), pacemaker cell (1, 1)."""
+class _Stimulus(NamedTuple):
+    """Current at 0 mV [uA/cm^2], inward positive, and conductance [mS/cm^2] added to every cell over a step."""
+
+    current: Floats
+    conductance: Floats
+
+    def open(self, conductance: Floats, reversal: Floats | float) -> None:
+        """Add a conductance [mS/cm^2] towards a reversal potential [mV]."""
+        np.add(self.conductance, conductance, out=self.conductance)
+        np.add(self.current, conductance * reversal, out=self.current)
+
+
+class _Stimuli(NamedTuple):
+    longitudinal: _Stimulus
+    circular: _Stimulus
+    pacemaker: _Stimulus
+
+
+def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
+    """Mean stimuli over the step, Eqs. (24)-(26); the layers' have shape (n_z, n_theta), the pacemaker's (1, 1)."""
     grid = model.grid
     shape = (grid.n_z, grid.n_theta)
-    longitudinal, circular, own = np.zeros(shape), np.zeros(shape), np.zeros((1, 1))
-    for trains, drive in ((model.longitudinal_trains, longitudinal), (model.circular_trains, circular)):
+    stimuli = _Stimuli(*(_Stimulus(np.zeros(size), np.zeros(size)) for size in (shape, shape, (1, 1))))
+    for trains, layer in (
+        (model.longitudinal_trains, stimuli.longitudinal),
+        (model.circular_trains, stimuli.circular),
+    ):
         for train in trains:
-            add_pulses(train.between(start, stop), grid.cells, grid.cell_size, start, stop, drive)
-    add_pulses(state.reflex.excitation, grid.cells, grid.cell_size, start, stop, circular)
-    circular += trigger_current(model.trigger, state.trigger, start, stop)
+            add_pulses(train.between(start, stop), grid.cells, grid.cell_size, start, stop, layer.current)
+    current = stimuli.circular.current
+    add_pulses(state.reflex.excitation, grid.cells, grid.cell_size, start, stop, current)
+    current += trigger_current(model.trigger, state.trigger, start, stop)
+    inhibition = np.zeros(shape)
+    add_pulses(state.reflex.inhibition, grid.cells, grid.cell_size, start, stop, inhibition)
+    stimuli.circular.open(inhibition, model.cell.potassium_reversal)
     if model.pacemaker_cell is not None:
+        # Each side sees the other's potential of the step before and its own of now: stable at any coupling.
         cell = model.pacemaker_cell
         edge = 0.5 * grid.cell_size
-        where = covered(grid.cells - edge, grid.cells + edge, 0.0, cell.width)[:, None]
-        difference = state.pacemaker.potential[0, 0] - state.longitudinal.potential
-        longitudinal += cell.coupling * where * difference
-        own[0, 0] = -cell.coupling * float((where * difference).sum() / (where.sum() * grid.n_theta))
-    return longitudinal, circular, own
+        where = np.repeat(covered(grid.cells - edge, grid.cells + edge, 0.0, cell.width)[:, None], grid.n_theta, axis=1)
+        stimuli.longitudinal.open(cell.coupling * where, float(state.pacemaker.potential[0, 0]))
+        mean = float((where * state.longitudinal.potential).sum() / where.sum())
+        stimuli.pacemaker.open(np.full((1, 1), cell.coupling), mean)
+    return stimuli
 
 
 def _advance_layer(
-    model: Model,
-    layer: Layer,
-    sheet: SheetState,
-    stretch: Floats,
-    drive: Floats,
-    shunt: Floats | None,
-    start: float,
-    name: str,
+    model: Model, name: str, sheet: SheetState, stretch: Floats, stimulus: _Stimulus, start: float
 ) -> SheetState:
     grid = model.grid
+    layer = model.longitudinal if name == "longitudinal" else model.circular
     if layer.conducts:
         faces = np.empty((grid.n_z - 1, grid.n_theta))
         average(grid.elements_to_faces, stretch, faces)
         coefficient = (layer.diffusivity * 1e-3 / (24.0 * grid.cell_size) ** 2) / faces
     else:
         coefficient = np.empty((0, grid.n_theta))
-    opened = 0.0 if shunt is None else float(shunt.max())
-    tissue = _Tissue(layer.conductances, coefficient, model.stages(layer, stretch, opened), model.tables, model.cell)
-    return _advance_sheet(model, sheet, tissue, drive, shunt, start, f"{name} potential")
+    stages = model.stages(layer, stretch, float(stimulus.conductance.max()))
+    tissue = _Tissue(layer.conductances, coefficient, stages, model.tables, model.cell)
+    return _advance_sheet(model, sheet, tissue, stimulus, start, f"{name} potential")
 
 
-def _advance_pacemaker(model: Model, sheet: SheetState, drive: Floats, start: float) -> SheetState:
+def _advance_pacemaker(model: Model, sheet: SheetState, stimulus: _Stimulus, start: float) -> SheetState:
     cell = model.pacemaker_cell
     if cell is None:
         return sheet
-    rate = cell.constants.kinetics_rate * float(cell.conductances.sum()) / cell.constants.capacitance
-    stages = explicit_stages(rate, model.dt_cell)
+    rate = cell.constants.kinetics_rate * float(cell.conductances.sum()) + cell.coupling
+    stages = explicit_stages(rate / cell.constants.capacitance, model.dt_cell)
     tissue = _Tissue(cell.conductances, np.empty((0, 1)), stages, model.pacemaker_tables, cell.constants)
-    return _advance_sheet(model, sheet, tissue, drive, None, start, "pacemaker potential")
+    return _advance_sheet(model, sheet, tissue, stimulus, start, "pacemaker potential")
 
 
 class _Tissue(NamedTuple):
@@ -145,7 +161,7 @@ class _Tissue(NamedTuple):
 
 
 def _advance_sheet(
-    model: Model, sheet: SheetState, tissue: _Tissue, drive: Floats, shunt: Floats | None, start: float, field: str
+    model: Model, sheet: SheetState, tissue: _Tissue, stimulus: _Stimulus, start: float, field: str
 ) -> SheetState:
     shape = sheet.potential.shape
     potential = sheet.potential.ravel().copy()
@@ -158,8 +174,8 @@ def _advance_sheet(
         last,
         tissue.conductances,
         tissue.coefficient.ravel(),
-        drive.ravel(),
-        np.zeros(drive.size) if shunt is None else shunt.ravel(),
+        stimulus.current.ravel(),
+        stimulus.conductance.ravel(),
         shape[1],
         start * 1e3,
         model.dt_cell,
@@ -228,16 +244,17 @@ def _try_wall(
     """One implicit step of the axisymmetric wall; None with the reason's code when it does not converge."""
     formula = rate_formula(dt, wall.step_before, model.second_order)
     position, before = wall.position[:, 0, :], wall.position_before[:, 0, :]
-    history = np.ascontiguousarray((formula.keep * position + formula.older * before)[:, [0, 2]].T)
+    history = np.ascontiguousarray(formula.history(position, before)[:, [0, 2]].T)
     velocity_history = np.ascontiguousarray(
-        (formula.keep * wall.velocity[:, 0, :] + formula.older * wall.velocity_before[:, 0, :])[:, [0, 2]].T
+        formula.history(wall.velocity[:, 0, :], wall.velocity_before[:, 0, :])[:, [0, 2]].T
     )
     stretch = stretch_of_elements(wall.position, model.wall.element_size)[:, 0]
     stretch_before = stretch_of_elements(wall.position_before, model.wall.element_size)[:, 0]
-    stretch_history = formula.keep * stretch + formula.older * stretch_before
+    stretch_history = formula.history(stretch, stretch_before)
     hoop_history = history[0] / model.wall.radius
     trend = 1.0 + 0.5 * dt / wall.step_before if wall.step_before > 0.0 else 1.0
     guess = position + dt * (trend * wall.velocity[:, 0, :] - (trend - 1.0) * wall.velocity_before[:, 0, :])
+    guess[[0, -1]] = position[[0, -1]]  # the clamped ends, to the last bit
     rho, zeta = np.ascontiguousarray(guess[:, 0]), np.ascontiguousarray(guess[:, 2])
     density = wall.contact[:, 0].copy()
     weight = density / density.sum() if density.sum() > 0.0 else np.zeros_like(density)
@@ -269,8 +286,9 @@ def _try_wall(
         return code, None
     new = np.empty_like(wall.position)
     new[:, 0, 0], new[:, 0, 1], new[:, 0, 2] = rho, wall.position[:, 0, 1], zeta
-    velocity = (new - formula.keep * wall.position - formula.older * wall.position_before) * formula.inverse
+    velocity = (new - formula.history(wall.position, wall.position_before)) * formula.inverse
     velocity[:, :, 1] = 0.0
+    velocity[[0, -1]] = 0.0
     new_stretch = stretch_of_elements(new, model.wall.element_size)[:, 0]
     after = WallState(
         position=new,
@@ -308,7 +326,7 @@ def _listen(model: Model, state: State, time: float) -> State:
     if model.trigger.rule in ("active", "total"):
         trigger = observe_tension(model.trigger, trigger, _sensed_tension(model, state), time)
     elif model.trigger.rule == "delay":
-        trigger = observe_activation(model.trigger, trigger, state.longitudinal.last_activation * 1e-3)
+        trigger = observe_activation(model.trigger, trigger, state.longitudinal.last_activation * 1e-3, time)
     reflex = state.reflex
     if model.reflex.enabled and model.pellet.present:
         girth = state.wall.position[:, 0, 0] / model.free_radius

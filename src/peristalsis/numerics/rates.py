@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
 
 class RateFormula(NamedTuple):
     """x_dot(t+dt) = (x - (keep*x_n + older*x_{n-1})) * inverse, with `inverse` in 1/s; static when it is 0."""
@@ -11,6 +16,10 @@ class RateFormula(NamedTuple):
     keep: float
     older: float
     inverse: float
+
+    def history(self, now: Floats, before: Floats) -> Floats:
+        """keep*now + older*before, exact for what does not move: the two weights sum to one."""
+        return now - self.older * (now - before)
 
 
 STATIC = RateFormula(1.0, 0.0, 0.0)

@@ -41,9 +41,9 @@ def advance_sheet(
 
     potential [mV], first_activation and last_activation [ms] (rise through `activation_level`, nan before): size
     n_z*n_theta, flattened (z, theta). gates: (4, n). conductances [mS/cm^2]: (5, n). coefficient: see
-    `conduction.diffuse`, in 1/ms. drive: stimulus current [uA/cm^2], inward positive, and shunt: extra potassium
-    conductance [mS/cm^2] (an inhibitory junction potential), both held over the call. stages: coefficients of
-    `numerics.stabilised`, (s, 4), enough of them for dt.
+    `conduction.diffuse`, in 1/ms. drive: stimulus current [uA/cm^2], inward positive, and shunt: extra
+    conductance [mS/cm^2], whose current at 0 mV is part of the drive; both held over the call. stages: coefficients
+    of `numerics.stabilised`, (s, 4), enough of them for dt.
     """
     size = potential.size
     first = 2 * n_theta
@@ -75,7 +75,7 @@ def advance_sheet(
             opened = per_capacitance * shunt[k]
             fast[k] = scale * f
             slope[k] = scale * s + opened
-            offset[k] = scale * o + per_capacitance * drive[k] + opened * constants.potassium_reversal
+            offset[k] = scale * o + per_capacitance * drive[k]
         inside[0] = v
         for j in range(stages.shape[0]):
             last = inside[j % 3]

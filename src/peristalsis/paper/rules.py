@@ -1,0 +1,275 @@
+"""Pure predicates on measured numbers. A claim is made of them, so that its verdict follows by itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+Measured = Mapping[str, Mapping[str, Any]]
+"""Run or study -> metric -> number, text or None (undefined). `status` is always there."""
+
+RESOLVED = 0.01
+"""Smallest difference of times that counts [1]: the shipped grids leave 0.5 % on a transit, so two runs leave 1 %."""
+
+UNUSABLE = ("refused", "diverged", "interrupted", "failed")
+"""Ends of a run that say nothing about the pellet."""
+
+UNITS = {
+    "transit_s": "s",
+    "travel_cm": "cm",
+    "mean_velocity_cm_s": "cm/s",
+    "libration_cm": "cm",
+    "drift_cm": "cm",
+    "end_displacement_cm": "cm",
+    "threshold_kpa": "kPa",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What a rule found: True, False, or None where it cannot be judged; `numbers` says on what grounds."""
+
+    holds: bool | None
+    numbers: str
+    missing: bool = False
+    """The rule was not judged because its run has not been made; else because it cannot be."""
+
+
+class Rule(Protocol):
+    """A predicate on measured numbers."""
+
+    def judge(self, measured: Measured) -> Finding:
+        """Apply the rule."""
+
+    def runs(self) -> tuple[str, ...]:
+        """The runs and studies it reads."""
+
+
+class _Unusable(Exception):
+    """A run that is missing or says nothing; carries the finding."""
+
+    def __init__(self, finding: Finding) -> None:
+        self.finding = finding
+
+
+def _of(measured: Measured, run: str) -> Mapping[str, Any]:
+    if run not in measured:
+        raise _Unusable(Finding(None, f"{run}: not run", missing=True))
+    metrics = measured[run]
+    if metrics["status"] in UNUSABLE:
+        raise _Unusable(Finding(None, f"{run}: {metrics['status']} ({metrics.get('error') or 'no reason given'})"))
+    return metrics
+
+
+def shown(value: Any, metric: str = "") -> str:
+    """A measured value with its unit."""
+    if value is None:
+        return "undefined"
+    if isinstance(value, float | int) and not isinstance(value, bool):
+        unit = UNITS.get(metric, "")
+        return f"{value:.4g} {unit}".strip()
+    return str(value)
+
+
+def _ending(metrics: Mapping[str, Any]) -> str:
+    if metrics.get("transit_s") is not None:
+        return f"{metrics['transit_s']:.3f} s"
+    return f"{metrics['status'].replace('_', ' ')} after {metrics['travel_cm']:.2f} cm"
+
+
+@dataclass(frozen=True, slots=True)
+class Within:
+    """A metric lies in [low, high]; an undefined one does not."""
+
+    run: str
+    metric: str
+    low: float = -math.inf
+    high: float = math.inf
+
+    def judge(self, measured: Measured) -> Finding:
+        """Compare."""
+        try:
+            value = _of(measured, self.run).get(self.metric)
+        except _Unusable as reason:
+            return reason.finding
+        bounds = {
+            (True, True): f"{self.low:.4g} to {self.high:.4g}",
+            (True, False): f"at least {self.low:.4g}",
+            (False, True): f"at most {self.high:.4g}",
+            (False, False): "any number",
+        }[math.isfinite(self.low), math.isfinite(self.high)]
+        holds = value is not None and self.low <= value <= self.high
+        return Finding(holds, f"{self.run}: {self.metric} {shown(value, self.metric)} (asked: {bounds})")
+
+    def runs(self) -> tuple[str, ...]:
+        """The one run."""
+        return (self.run,)
+
+
+@dataclass(frozen=True, slots=True)
+class Ends:
+    """A run ends in one of the given ways: expelled, arrested, in_transit."""
+
+    run: str
+    ways: tuple[str, ...]
+
+    def judge(self, measured: Measured) -> Finding:
+        """Compare."""
+        try:
+            metrics = _of(measured, self.run)
+        except _Unusable as reason:
+            return reason.finding
+        return Finding(metrics["status"] in self.ways, f"{self.run}: {_ending(metrics)}")
+
+    def runs(self) -> tuple[str, ...]:
+        """The one run."""
+        return (self.run,)
+
+
+@dataclass(frozen=True, slots=True)
+class Later:
+    """The pellet of `run` arrives later than that of `than` by more than a share `by`; never is later than any time.
+
+    If neither arrives, the one that has gone less far by more than that share is the later one.
+    """
+
+    run: str
+    than: str
+    by: float = RESOLVED
+
+    def judge(self, measured: Measured) -> Finding:
+        """Compare."""
+        try:
+            ours, other = _of(measured, self.run), _of(measured, self.than)
+        except _Unusable as reason:
+            return reason.finding
+        numbers = f"{self.run}: {_ending(ours)}; {self.than}: {_ending(other)}"
+        mine, theirs = ours.get("transit_s"), other.get("transit_s")
+        if mine is None and theirs is None:
+            return Finding(ours["travel_cm"] < (1.0 - self.by) * other["travel_cm"], numbers)
+        if mine is None or theirs is None:
+            return Finding(mine is None, numbers)
+        return Finding(mine > (1.0 + self.by) * theirs, numbers)
+
+    def runs(self) -> tuple[str, ...]:
+        """Both runs."""
+        return (self.run, self.than)
+
+
+@dataclass(frozen=True, slots=True)
+class InTime:
+    """The pellet of `run` arrives, and within (1 - below) to (1 + above) times the transit of `than`, which arrives."""
+
+    run: str
+    than: str
+    above: float
+    below: float = 1.0
+
+    def judge(self, measured: Measured) -> Finding:
+        """Compare."""
+        try:
+            ours, other = _of(measured, self.run), _of(measured, self.than)
+        except _Unusable as reason:
+            return reason.finding
+        numbers = f"{self.run}: {_ending(ours)}; {self.than}: {_ending(other)}"
+        mine, theirs = ours.get("transit_s"), other.get("transit_s")
+        if mine is None or theirs is None:
+            return Finding(False, numbers)
+        return Finding((1.0 - self.below) * theirs <= mine <= (1.0 + self.above) * theirs, numbers)
+
+    def runs(self) -> tuple[str, ...]:
+        """Both runs."""
+        return (self.run, self.than)
+
+
+@dataclass(frozen=True, slots=True)
+class Exceeds:
+    """A metric is at least `factor` times a metric of another run and more than `excess` above it."""
+
+    run: str
+    metric: str
+    than: str
+    factor: float = 1.0
+    excess: float = 0.0
+    other_metric: str | None = None
+
+    def judge(self, measured: Measured) -> Finding:
+        """Compare."""
+        metric = self.other_metric or self.metric
+        try:
+            mine, theirs = _of(measured, self.run).get(self.metric), _of(measured, self.than).get(metric)
+        except _Unusable as reason:
+            return reason.finding
+        numbers = f"{self.run}: {self.metric} {shown(mine, self.metric)}; {self.than}: {metric} {shown(theirs, metric)}"
+        if mine is None or theirs is None:
+            return Finding(False, numbers)
+        return Finding(mine >= self.factor * theirs and mine > theirs + self.excess, numbers)
+
+    def runs(self) -> tuple[str, ...]:
+        """Both runs."""
+        return (self.run, self.than)
+
+
+@dataclass(frozen=True, slots=True)
+class AllOf:
+    """Every one of the rules holds."""
+
+    rules: tuple[Rule, ...]
+
+    def judge(self, measured: Measured) -> Finding:
+        """False if one is false, else None if one cannot be judged."""
+        found = [rule.judge(measured) for rule in self.rules]
+        holds: bool | None = True
+        if any(one.holds is False for one in found):
+            holds = False
+        elif any(one.holds is None for one in found):
+            holds = None
+        return _joined(found, holds)
+
+    def runs(self) -> tuple[str, ...]:
+        """All of them."""
+        return tuple(dict.fromkeys(run for rule in self.rules for run in rule.runs()))
+
+
+@dataclass(frozen=True, slots=True)
+class AnyOf:
+    """At least one of the rules holds."""
+
+    rules: tuple[Rule, ...]
+
+    def judge(self, measured: Measured) -> Finding:
+        """True if one is true, else None if one cannot be judged."""
+        found = [rule.judge(measured) for rule in self.rules]
+        holds: bool | None = False
+        if any(one.holds is True for one in found):
+            holds = True
+        elif any(one.holds is None for one in found):
+            holds = None
+        return _joined(found, holds)
+
+    def runs(self) -> tuple[str, ...]:
+        """All of them."""
+        return tuple(dict.fromkeys(run for rule in self.rules for run in rule.runs()))
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    """The rule does not hold."""
+
+    rule: Rule
+
+    def judge(self, measured: Measured) -> Finding:
+        """Turn it around."""
+        found = self.rule.judge(measured)
+        return Finding(None if found.holds is None else not found.holds, found.numbers, found.missing)
+
+    def runs(self) -> tuple[str, ...]:
+        """Those of the rule."""
+        return self.rule.runs()
+
+
+def _joined(found: list[Finding], holds: bool | None) -> Finding:
+    texts = list(dict.fromkeys(one.numbers for one in found))
+    return Finding(holds, "; ".join(texts), holds is None and any(one.missing for one in found))
