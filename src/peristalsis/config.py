@@ -115,7 +115,7 @@ class Wall(Section):
     c10: float = parameter("wall.c10", ge=0, le=1e4)
     slack_blend: float = parameter("wall.slack_blend", ge=0, le=10)
     slack_slope: float = parameter("wall.slack_slope", ge=0, le=1)
-    fold_stretch: float = parameter("wall.fold_stretch", ge=0, lt=1)
+    fold_stretch: float = parameter("wall.fold_stretch", ge=0, le=0.9)
     fold_tension: float = parameter("wall.fold_tension", ge=0, le=1e6)
     bending_stiffness: float = parameter("wall.bending_stiffness", ge=0, le=100)
     bending_viscosity: float = parameter("wall.bending_viscosity", ge=0, le=100)

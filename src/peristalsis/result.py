@@ -174,7 +174,7 @@ def _check_target(target: Path, overwrite: bool) -> None:
         raise WriteError(f"{shown(str(target))} is a file, not a folder; choose another one with --out")
     if target.is_dir() and any(target.iterdir()) and not (target / SUMMARY_FILE).exists():
         raise WriteError(
-            f"{shown(str(target))} holds files but no result of peristalsis and stays as it is; choose another one"
+            f"{shown(str(target))} holds files but no result of peristalsis, so it is not overwritten; choose another"
         )
     parent = target.parent
     while not parent.exists() and parent != parent.parent:

@@ -86,8 +86,8 @@ def test_two_protocols_of_one_parameter_are_refused() -> None:
 
 
 def test_what_may_change() -> None:
-    assert changeable("lumen.pressure") and changeable("reflex.delay") and changeable("circular.fast_calcium")
-    assert not changeable("wall.radius") and not changeable("grid.n_z") and not changeable("pacemaker.kind")
+    assert all(changeable(key) for key in ("lumen.pressure", "reflex.delay", "circular.fast_calcium"))
+    assert not any(changeable(key) for key in ("wall.radius", "grid.n_z", "pacemaker.kind"))
 
 
 def test_protocol_and_set_between_advances_give_the_same_bits() -> None:

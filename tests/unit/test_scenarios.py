@@ -32,7 +32,18 @@ def test_every_scenario_is_valid_and_round_trips(name: str, reading: str) -> Non
     assert Configuration.from_toml(config.to_toml()) == config
 
 
-@pytest.mark.parametrize("name", set(scenarios.names()) - {"baseline", "resting"})
+NORMS = {"fig3a", "fig4a", "fig6a", "fig6c", "fig7a"} | {
+    f"fig5_{channel}_norm" for channel in ("slow_calcium", "fast_calcium", "calcium_potassium")
+}
+"""Curves of the paper that are its baseline under another name."""
+
+
+def test_norms_are_the_baseline() -> None:
+    for name in NORMS:
+        assert scenarios.configuration(name).flat() | {"scenario": "baseline"} == Configuration().flat()
+
+
+@pytest.mark.parametrize("name", sorted(set(scenarios.names()) - {"baseline", "resting"} - NORMS))
 def test_every_change_of_a_scenario_changes_something(name: str) -> None:
     """A change that equals the shipped value would silently stop being one when the default moves."""
     shipped = Configuration().flat()

@@ -97,11 +97,12 @@ def test_shunt_holds_the_cell_down() -> None:
     """Eq. (26): an opened potassium conductance hyperpolarises, and keeps the same pulse from making a spike."""
     free, shunted = Sheet(), Sheet()
     free.advance(200, 1.0)
-    shunted.advance(200, 1.0, 0.1)
+    towards_potassium = 0.1 * -75.0
+    shunted.advance(200, 1.0 + towards_potassium, 0.1)
     assert free.potential.max() > 0.0
     assert shunted.potential.max() < -50.0
     quiet = Sheet()
-    quiet.advance(200, 0.0, 0.1)
+    quiet.advance(200, towards_potassium, 0.1)
     assert quiet.potential.max() < STATE.longitudinal.potential.min() - 1.0
 
 

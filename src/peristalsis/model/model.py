@@ -31,7 +31,7 @@ def explicit_stages(rate: float, dt: float) -> Floats:
     stages = stages_for(rate * dt)
     if stages == 0:
         raise DivergenceError(
-            f"step.conduction = {dt:g} ms is too long for a decay rate of {rate:.3g} /ms (conduction on a short or finely "
+            f"step.conduction = {dt:g} ms is too long for a decay rate of {rate:.3g} /ms (conduction on finely "
             "divided wall); lower step.conduction or grid.n_z"
         )
     return coefficients(stages)

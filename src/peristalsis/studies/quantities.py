@@ -15,6 +15,8 @@ about the fluid around it.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -103,7 +105,7 @@ def turning_points(position: Floats, least: float) -> list[float]:
 def reversals(position: Floats, least: float = 0.01) -> int:
     """Times the pellet goes back by at least `least` [cm]."""
     points = turning_points(position, least)
-    return sum(1 for before, after in zip(points[:-1], points[1:], strict=True) if before - after >= least)
+    return sum(1 for before, after in pairwise(points) if before - after >= least)
 
 
 def libration(position: Floats, least: float = 0.001) -> float:
@@ -114,9 +116,7 @@ def libration(position: Floats, least: float = 0.001) -> float:
     return 0.5 * float(np.minimum(swings[:-1], swings[1:]).max())
 
 
-def content_upstream(
-    radius: Floats, axial: Floats, centre: Floats | None = None, pellet_radius: float = 0.0
-) -> Floats:
+def content_upstream(radius: Floats, axial: Floats, centre: Floats | None = None, pellet_radius: float = 0.0) -> Floats:
     """Share of the content upstream of each wall node [1], shape (n_time, n_z): 0 at the oral, 1 at the anal end.
 
     radius, axial: of the wall nodes [cm], (n_time, n_z). centre: of the pellet [cm], (n_time,), or None.

@@ -1,0 +1,150 @@
+"""Carries out what the claims need under one reading: runs, searches, sensitivities; everything is kept on disk."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..config import Configuration
+from ..errors import ConfigurationError
+from ..studies.sensitivity import shares
+from ..studies.sweep import Record, Step, sweep
+from ..studies.threshold import Threshold, find_threshold
+from .measure import measure
+from .rules import UNUSABLE
+from .runs import RUNS, PaperRun
+from .searches import SEARCHES, SENSITIVITIES, Search, Sensitivity
+
+COARSE: Mapping[str, Any] = {"grid.n_z": 400, "grid.n_z_wall": 200, "step.wall": "4 ms"}
+"""Grids for a quick look: transits are off by some ten per cent, and verdicts with them."""
+
+Progress = Callable[[Step], None]
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Under what the experiments are made: a reading, and a variant laid over it and under each experiment."""
+
+    reading: str
+    variant: Mapping[str, Any] = field(default_factory=dict)
+    name: str = ""
+
+    @property
+    def title(self) -> str:
+        """How the condition is called in tables."""
+        return self.name or self.reading
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Everything found under one condition."""
+
+    condition: Condition
+    records: Mapping[str, Record]
+    thresholds: Mapping[str, Threshold]
+    measured: Mapping[str, Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Where and how runs are made."""
+
+    folder: Path
+    workers: int = 1
+    progress: Progress | None = None
+
+    def records(self, runs: Iterable[PaperRun], condition: Condition) -> dict[str, Record]:
+        """The records of runs; an experiment that the configuration refuses has a record that says so."""
+        found: dict[str, Record] = {}
+        accepted: dict[str, Configuration] = {}
+        for run in runs:
+            try:
+                accepted[run.name] = run.configuration(condition.reading, condition.variant)
+            except ConfigurationError as error:
+                found[run.name] = Record({"status": "refused", "error": str(error)})
+        return found | sweep(accepted, self.folder, measure, self.workers, self.progress)
+
+    def search(self, search: Search, condition: Condition) -> tuple[Threshold, dict[str, Record]]:
+        """Carry out one search."""
+        records: dict[str, Record] = {}
+
+        def scan(values: Sequence[float]) -> list[bool | None]:
+            runs = {value: search.run(value) for value in values}
+            records.update(self.records(runs.values(), condition))
+            return [_answer(search, records[runs[value].name]) for value in values]
+
+        found = find_threshold(lambda value: scan([value])[0], search.values, search.tolerance, scan)
+        return found, records
+
+    def sensitivity(self, study: Sensitivity, condition: Condition) -> tuple[dict[str, Any], dict[str, Record]]:
+        """Carry out one sensitivity; its numbers as metrics."""
+        runs = [[study.run(viscous, dry) for dry in study.dry] for viscous in study.viscous]
+        records = self.records([run for row in runs for run in row], condition)
+        bad = [name for name, record in records.items() if record.status in UNUSABLE]
+        if bad:
+            return {"status": "failed", "error": f"no velocity at {', '.join(bad[:3])}"}, records
+        table = np.array([[records[run.name].numbers["mean_velocity_cm_s"] for run in row] for row in runs])
+        found = shares(table)
+        numbers = {
+            "status": "finished",
+            "viscous": found.first,
+            "viscous_low": found.first_band[0],
+            "viscous_high": found.first_band[1],
+            "dry": found.second,
+            "dry_low": found.second_band[0],
+            "dry_high": found.second_band[1],
+            "velocities": table.tolist(),
+        }
+        return numbers, records
+
+
+def _answer(search: Search, record: Record) -> bool | None:
+    return None if record.status in UNUSABLE else search.holds(record.numbers)
+
+
+def carry_out(
+    bench: Bench,
+    condition: Condition,
+    runs: Iterable[str] | None = None,
+    searches: bool = True,
+) -> Outcome:
+    """Make the named runs (all unless given) and, if asked, the searches and sensitivities."""
+    names = list(RUNS) if runs is None else list(runs)
+    records = bench.records([RUNS[name] for name in names], condition)
+    measured: dict[str, Mapping[str, Any]] = {name: records[name].numbers for name in names}
+    thresholds: dict[str, Threshold] = {}
+    if searches:
+        for search in SEARCHES.values():
+            thresholds[search.name], more = bench.search(search, condition)
+            records |= more
+            measured[search.name] = _threshold_numbers(search, thresholds[search.name], more)
+        for study in SENSITIVITIES.values():
+            measured[study.name], more = bench.sensitivity(study, condition)
+            records |= more
+    return Outcome(condition, records, thresholds, measured)
+
+
+def _threshold_numbers(search: Search, found: Threshold, records: Mapping[str, Record]) -> dict[str, Any]:
+    numbers: dict[str, Any] = {
+        "status": "finished",
+        "threshold": found.value,
+        "low": found.low,
+        "high": found.high,
+        "monotone": found.monotone,
+        "regions": [list(region) for region in found.regions()],
+    }
+    if search.key == "ratio" and found.value is not None:
+        inflated = [
+            (record.numbers["inflated_ratio"] / ratio)
+            for point in found.points
+            for ratio in [point.value]
+            if (record := records[search.run(ratio).name]).numbers.get("inflated_ratio") is not None
+        ]
+        factor = float(np.median(inflated)) if inflated else math.nan
+        numbers["threshold_inflated"] = found.value * factor
+    return numbers
