@@ -93,8 +93,7 @@ def _of_pellet(simulation: Simulation, result: Result) -> dict[str, Any]:
 
 def circular_force(z: Floats, tension: Floats, stretch: Floats) -> Floats:
     """Active circular tension summed along the deformed wall [mN], (n_time,). Fields: (n_time, n_z, n_theta)."""
-    force: Floats = np.trapezoid(tension[:, :, 0] * stretch[:, :, 0], z, axis=1)
-    return force
+    return np.asarray(np.trapezoid(tension[:, :, 0] * stretch[:, :, 0], z, axis=1))
 
 
 def force_course(position: Floats, force: Floats) -> tuple[float | None, float | None]:
@@ -109,8 +108,8 @@ def force_course(position: Floats, force: Floats) -> tuple[float | None, float |
 
 def end_displacement(axial: Floats, radius: Floats) -> float:
     """Largest displacement of the two end nodes since t = 0 [cm]. Fields: (n_time, n_z, n_theta)."""
-    ends: Floats = np.stack([axial[:, [0, -1]], radius[:, [0, -1]]])
-    return float(np.abs(ends - ends[:, :1]).max())
+    moved = [float(np.abs(field[:, [0, -1]] - field[:1, [0, -1]]).max()) for field in (axial, radius)]
+    return max(moved)
 
 
 def anal_active_share(z: Floats, longitudinal: Floats, circular: Floats) -> float | None:

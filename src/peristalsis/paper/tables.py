@@ -112,7 +112,7 @@ def grounds(scores: Mapping[str, Sequence[Scored]]) -> Table:
 
 def velocities(outcomes: Sequence[Outcome]) -> Table:
     """Every named run: how it ended, transit, travel, mean velocity, and the other quantities."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for outcome in outcomes:
         for name in RUNS:
             if name not in outcome.records:
@@ -142,7 +142,16 @@ def velocities(outcomes: Sequence[Outcome]) -> Table:
                     str(numbers.get("error") or ""),
                 )
             )
-    columns = ("reading", "run", "end", "transit (s)", "travel (cm)", "mean velocity (cm/s)", "irregularity", "stops")
+    columns: tuple[str, ...] = (
+        "reading",
+        "run",
+        "end",
+        "transit (s)",
+        "travel (cm)",
+        "mean velocity (cm/s)",
+        "irregularity",
+        "stops",
+    )
     columns += (
         "reversals",
         "libration (cm)",
@@ -174,11 +183,11 @@ def thresholds(outcomes: Sequence[Outcome]) -> Table:
                 arrives = search.predicate == "arrives"
                 words = {arrives: "arrives", not arrives: "does not arrive"}
             regions = "; ".join(f"{low:g} to {high:g}: {words[holds]}" for low, high, holds in found.regions())
-            times = {
-                record.numbers.get("simulated_s")
+            times = [
+                float(record.numbers["simulated_s"])
                 for run, record in outcome.records.items()
-                if run.startswith(f"{name}=") and record.numbers.get("transit_s") is None
-            } - {None}
+                if run.startswith(f"{name}=") and "simulated_s" in record.numbers and not record.numbers["transit_s"]
+            ]
             longest = f"{max(times):g} s" if times else "all arrive"
             rows.append(
                 (
@@ -215,7 +224,7 @@ def sensitivities(outcomes: Sequence[Outcome]) -> Table:
     return Table(
         "sensitivities",
         "Viscous against dry friction",
-        "Total share of the variance of the mean velocity in a 5 x 5 factorial, with the range over leaving out a level.",
+        "Total share of the variance of the mean velocity in a 5 x 5 factorial; in brackets, leaving out one level.",
         ("reading", "range", "viscous friction", "dry friction"),
         tuple(rows),
     )

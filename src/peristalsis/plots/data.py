@@ -102,7 +102,7 @@ def manometry(result: Result, spacing: float) -> tuple[Floats, Floats, Floats]:
     pressure and, where the wall is pressed onto the pellet, the contact pressure besides.
     """
     count = max(1, int(np.ceil(length(result) / spacing - 1e-9)) - 1)
-    axis = spacing * np.arange(1, count + 1)
+    axis = np.asarray(spacing * np.arange(1, count + 1), dtype=np.float64)
     contact = np.nan_to_num(values(result, "contact_pressure", "mmHg"))
     lumen = at_frames(result, "lumen_pressure", "mmHg")
     return values(result, "time"), axis, lumen[:, None] + in_laboratory(result, contact, axis)

@@ -73,7 +73,7 @@ def canvas(result: Result, height: float, title: str) -> Canvas:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.05, h_pad=0.05, hspace=0.03, wspace=0.03)  # type: ignore[union-attr]
+    figure.get_layout_engine().set(w_pad=0.05, h_pad=0.05, hspace=0.03, wspace=0.03)
     figure.suptitle(f"{title}: {of_run(result)}", x=0.01, ha="left")
     return figure
 
@@ -131,9 +131,7 @@ def axis_right(axes: Axes, result: Result, label: str | None = "axial position (
         axes.set_xlabel(label)
 
 
-def colour_map(
-    axes: Axes, result: Result, time: Floats, place: Floats, field: Floats, cmap: str, norm: Any
-) -> Any:
+def colour_map(axes: Axes, result: Result, time: Floats, place: Floats, field: Floats, cmap: str, norm: Any) -> Any:
     """A map with time to the right and place downwards; `field` has shape (n_time, n_place)."""
     width = result.configuration.output.interval
     borders = data.edges(place)
@@ -164,8 +162,8 @@ def outlined(colour: str = "black", width: float = 3.0) -> list[Any]:
     return [Stroke(linewidth=width, foreground=colour), Normal()]
 
 
-def mark_expelled(axes: Axes, result: Result, text: bool = True) -> None:
-    """A vertical line where the pellet was expelled."""
+def mark_expelled(axes: Axes, result: Result, text: bool = True, height: float = 0.03) -> None:
+    """A vertical line where the pellet was expelled, with a text from `height` (share of the panel) upwards."""
     when = data.transit(result)
     if when is None:
         return
@@ -173,7 +171,7 @@ def mark_expelled(axes: Axes, result: Result, text: bool = True) -> None:
     if text:
         axes.annotate(
             f"expelled {when:.2f} s",
-            (when, 0.03),
+            (when, height),
             xycoords=("data", "axes fraction"),
             xytext=(-3, 0),
             textcoords="offset points",

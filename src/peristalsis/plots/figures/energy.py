@@ -42,7 +42,10 @@ def draw(result: Result) -> Canvas:
         style.mark_expelled(axes, result, text=False)
     panels[0].set_xlabel("")
     share = result.summary["power_residual"]
-    style.letters(panels, ("work done (solid) and where it went (dashed)", f"balance: residual at most {share:.1e} of the work done"))
+    style.letters(
+        panels,
+        ("work done (solid) and where it went (dashed)", f"balance: residual at most {share:.1e} of the work done"),
+    )
     return figure
 
 
@@ -51,8 +54,8 @@ FIGURE = Figure(
     title="Balance of work",
     caption=(
         "(a) Work since t = 0: done by the muscle and by the content of the lumen (solid lines), stored in the passive "
-        "wall, lost in the viscous wall, and lost in friction of the pellet (dashed lines). (b) What the balance leaves over: "
-        "stored and lost less done, from the error of the time step."
+        "wall, lost in the viscous wall, and lost in friction of the pellet (dashed lines). (b) What the balance "
+        "leaves over: stored and lost less done, from the error of the time step."
     ),
     draw=draw,
 )

@@ -35,7 +35,7 @@ def draw(result: Result) -> Canvas:
     panels[0].legend(loc="upper left", ncols=2)
 
     normal = data.values(result, "normal_force", "N")
-    section = np.pi * result.configuration.pellet.radius ** 2
+    section = np.pi * result.configuration.pellet.radius**2
     end = data.values(result, "lumen_pressure") * 0.1 * section  # 1 kPa cm^2 = 0.1 N
     panels[1].plot(time, normal, color=style.PURPLE, label="contact, sum of normal forces")
     panels[1].plot(time, end, color=style.SKY, label=r"lumen pressure on each half, $p\,\pi R^2$")

@@ -76,10 +76,10 @@ FIGURE = Figure(
     caption=(
         "Pressure that virtual sensors at fixed axial places would read, oral end at the top, with isobars; linear "
         "between sensors. A sensor reads the lumen pressure, which is one and the same along the tube, plus the "
-        "contact pressure between wall and pellet at its place while the wall is pressed onto the pellet there. Without "
-        "contact it reads the lumen pressure alone: the wall never closes on itself, and the catheter has no thickness. "
-        "(a) Sensors (triangles) at the distance used in the laboratory; the beads come from the gaps between "
-        "them. (b) The same without gaps. Grey: no sensor."
+        "contact pressure between wall and pellet at its place while the wall is pressed onto the pellet there. "
+        "Without contact it reads the lumen pressure alone: the wall never closes on itself, and the catheter has no "
+        "thickness. (a) Sensors (triangles) at the distance used in the laboratory; the beads come from the gaps "
+        "between them. (b) The same without gaps. Grey: no sensor."
     ),
     draw=draw,
 )

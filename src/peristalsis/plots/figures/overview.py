@@ -32,7 +32,7 @@ def draw(result: Result) -> Canvas:
         track.position(grid[2, 0], result)
         track.velocity(grid[2, 1], result)
         track.forces(grid[3, 0], result)
-        grid[3, 0].legend(loc="center left", fontsize=8)
+        grid[3, 0].legend(loc="upper left", fontsize=7.5)
         style.colour_bar(contact.panel(grid[3, 1], result), grid[3, 1], "pressure (kPa)")
         titles += ["pellet position", "pellet velocity", "axial forces on the pellet", "contact pressure"]
     panels: list[Axes] = list(grid.ravel())
@@ -53,8 +53,8 @@ FIGURE = Figure(
     caption=(
         "(a) Inner diameter in space with the pellet's centre (solid) and poles (dashed). (b) Longitudinal stretch and "
         "(c, d) membrane potential of both muscle layers over the place in the undeformed tube; white line: first "
-        "activation, with its speed. (e) Position and (f) velocity of the pellet. (g) Axial forces on it, positive towards the "
-        "anal end. (h) Contact pressure over the distance from its centre. Oral end at the top throughout."
+        "activation, with its speed. (e) Position and (f) velocity of the pellet. (g) Axial forces on it, positive "
+        "towards the anal end. (h) Contact pressure over the distance from its centre. Oral end at the top throughout."
     ),
     draw=draw,
 )

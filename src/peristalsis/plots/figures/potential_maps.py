@@ -29,7 +29,12 @@ def panel(axes: Axes, result: Result, layer: str, norm: Any) -> Any:
     mesh = style.colour_map(axes, result, time, place, data.values(result, f"potential_{layer}"), style.POTENTIAL, norm)
     front = data.values(result, f"activation_{layer}")
     axes.plot(
-        front, place, color="white", linewidth=1.2, path_effects=style.outlined("black", 2.4), label=front_label(result, layer)
+        front,
+        place,
+        color="white",
+        linewidth=1.2,
+        path_effects=style.outlined("black", 2.4),
+        label=front_label(result, layer),
     )
     style.axis_down(axes, result, "undeformed position z (mm)")
     style.time_axis(axes, result)
@@ -39,7 +44,11 @@ def panel(axes: Axes, result: Result, layer: str, norm: Any) -> Any:
 def front_label(result: Result, layer: str) -> str:
     """The measured speed of the first wave in words."""
     speed = result.summary["wave_speed_cm_s"][layer]
-    return "first activation (no speed: z = 30-80 mm not passed)" if speed is None else f"first activation, {speed:.2f} cm/s"
+    return (
+        "first activation (no speed: z = 30-80 mm not passed)"
+        if speed is None
+        else f"first activation, {speed:.2f} cm/s"
+    )
 
 
 def draw(result: Result) -> Canvas:

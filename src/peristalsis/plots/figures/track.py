@@ -34,7 +34,7 @@ def position(axes: Axes, result: Result) -> None:
     axes.plot(data.values(result, "time_step"), centre, color=style.BLACK, label="pellet, centre")
     style.axis_down(axes, result, "position (mm)")
     style.time_axis(axes, result)
-    style.mark_expelled(axes, result)
+    style.mark_expelled(axes, result, height=0.3)
 
 
 def velocity(axes: Axes, result: Result) -> None:
@@ -73,10 +73,12 @@ def draw(result: Result) -> Canvas:
     position(panels[0], result)
     velocity(panels[1], result)
     forces(panels[2], result)
-    panels[2].legend(loc="center left")
+    panels[2].legend(loc="lower left", ncols=3)
     for axes in panels[:-1]:
         axes.set_xlabel("")
-    style.letters(panels, ("position of the centre", "velocity", "axial forces on the pellet (anal direction positive)"))
+    style.letters(
+        panels, ("position of the centre", "velocity", "axial forces on the pellet (anal direction positive)")
+    )
     return figure
 
 

@@ -59,7 +59,9 @@ def panel(axes: Axes, result: Result, frame: int, cmap: Colormap, norm: Any) -> 
     radius = data.values(result, "radius", "mm")[frame]
     if data.has_pellet(result):
         centre = float(data.at_frames(result, "pellet_position", "mm")[frame])
-        axes.add_patch(Circle((centre, 0.0), data.pellet_radius(result), facecolor="0.82", edgecolor="0.4", linewidth=0.8))
+        axes.add_patch(
+            Circle((centre, 0.0), data.pellet_radius(result), facecolor="0.82", edgecolor="0.4", linewidth=0.8)
+        )
         axes.plot([centre], [0.0], "+", color="0.3", markersize=5, markeredgewidth=0.9)
         _pressure_band(axes, result, frame, centre)
     wall = LineCollection(list(segments(axial, radius)), cmap=cmap, norm=norm, linewidths=2.2, capstyle="round")
@@ -117,9 +119,11 @@ def _pressure_scale(axes: Axes, result: Result) -> None:
     """How high the band of contact pressure is, at the anal end of the first panel."""
     largest = max(0.1, float(np.nanmax(data.values(result, "contact_pressure"))))
     size = next(size for size in (100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1) if size <= largest)
-    x, y = 0.72 * data.length(result), height(result) - 1.2
+    x, y = 0.66 * data.length(result), height(result) - 1.2
     tall = PRESSURE_HEIGHT * size / largest
-    axes.fill([x, x + 2.5, x + 2.5, x], [y, y, y - tall, y - tall], facecolor=style.SKY, edgecolor=style.BLUE, linewidth=0.6)
+    axes.fill(
+        [x, x + 2.5, x + 2.5, x], [y, y, y - tall, y - tall], facecolor=style.SKY, edgecolor=style.BLUE, linewidth=0.6
+    )
     axes.text(x + 4.0, y - 0.5 * tall, f"contact pressure {size:g} kPa", va="center", fontsize=8.5)
 
 
@@ -127,9 +131,10 @@ FIGURE = Figure(
     name="wall_shapes",
     title="Shape of the tube",
     caption=(
-        "The tube cut along its axis at several times, oral end at the left, all lengths to the same scale. Colour of the "
-        "wall: total circumferential tension (square-root scale). Grey disc: the pellet. Blue band outside the wall: contact "
-        "pressure between wall and pellet; its height along the normal of the pellet is to the scale in the first panel."
+        "The tube cut along its axis at several times, oral end at the left, all lengths to the same scale. Colour of "
+        "the wall: total circumferential tension (square-root scale). Grey disc: the pellet. Blue band outside the "
+        "wall: contact pressure between wall and pellet; its height along the normal of the pellet is to the scale in "
+        "the first panel."
     ),
     draw=draw,
 )

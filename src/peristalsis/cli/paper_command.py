@@ -1,0 +1,121 @@
+"""`peristalsis paper`: every experiment of the paper, run or taken up again, scored and written as one page."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..errors import ConfigurationError, shown, suggestion
+from .dispatch import Job
+from .streams import Screen, spelled
+
+if TYPE_CHECKING:
+    from ..paper.experiments import Outcome
+    from ..studies.sweep import Step
+
+FIGURES = ("1", "2", "3", "4", "5", "6", "7")
+READINGS = ("tight", "stretched", "printed", "all")
+MOST_WORKERS = 64
+
+EXAMPLES = ("peristalsis paper", "peristalsis paper --figure 3 --reading all", "peristalsis paper --coarse --workers 2")
+
+COARSE_NOTE = "Coarse grids: transits are off by some ten per cent. Do not quote these verdicts."
+
+
+@dataclass(frozen=True)
+class PaperOrder:
+    """What to run and where to put it."""
+
+    figure: str | None
+    reading: str
+    workers: int
+    out: Path
+    coarse: bool
+    searches: bool = True
+
+    def readings(self) -> tuple[str, ...]:
+        """The readings that are meant."""
+        return READINGS[:-1] if self.reading == "all" else (self.reading,)
+
+
+def paper(
+    figure: Annotated[
+        str | None, typer.Option("--figure", metavar="N", help="Run and draw only figure N of the paper, 1 to 7.")
+    ] = None,
+    reading: Annotated[
+        str, typer.Option("--reading", metavar="R", help="Reading: tight, stretched, printed or all.")
+    ] = "tight",
+    workers: Annotated[int, typer.Option("--workers", metavar="N", help="Processes that run at a time.")] = 2,
+    out: Annotated[str, typer.Option("--out", metavar="DIR", help="Folder of the report and of the kept runs.")] = (
+        "out/paper"
+    ),
+    coarse: Annotated[bool, typer.Option("--coarse", help="Coarse grids, for a quick look only.")] = False,
+    no_searches: Annotated[
+        bool, typer.Option("--no-searches", help="Leave out thresholds and sensitivities (claims 8, 10, 23).")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
+    ] = False,
+) -> Job:
+    """Run every experiment of the paper and score its claims.
+
+    Writes report.html, each table as CSV and each figure as PNG and SVG. Finished runs are kept in DIR/runs: a
+    second call, or one after an interruption, runs only what is missing.
+    """
+    if figure is not None and figure not in FIGURES:
+        raise ConfigurationError(f"--figure {shown(figure)}: the paper has figures 1 to 7; choose one of them")
+    if reading not in READINGS:
+        raise ConfigurationError(f"--reading {shown(reading)}: no such reading; {suggestion(reading, READINGS)}")
+    if not 1 <= workers <= MOST_WORKERS:
+        raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
+    order = PaperOrder(figure, reading, workers, Path(out), coarse, not no_searches)
+    return Job(lambda screen: carry_out_order(order, screen))
+
+
+def carry_out_order(order: PaperOrder, screen: Screen) -> int:
+    """Run, score, write, and say what came out; the exit code."""
+    from ..paper.experiments import COARSE, Bench, Condition, carry_out
+    from ..paper.figures import FIGURES as KNOWN
+    from ..paper.report import lines, scores_of, write_report
+
+    begin = time.monotonic()
+    screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(order.out / 'runs')}: call again to go on"
+    names = None
+    if order.figure is not None:
+        names = next(figure.runs for figure in KNOWN if figure.number == order.figure)
+    outcomes: list[Outcome] = []
+    for reading in order.readings():
+        condition = Condition(reading, COARSE if order.coarse else {})
+        bench = Bench(order.out / "runs", order.workers, _Progress(screen, reading))
+        outcomes.append(carry_out(bench, condition, names, order.searches and order.figure is None))
+    page = write_report(outcomes, order.out, order.figure, COARSE_NOTE if order.coarse else "")
+    spent = time.monotonic() - begin
+    answer: dict[str, Any] = {"status": "finished", "written": str(page), "wall_s": round(spent, 1)}
+    if order.figure is None:
+        scores = scores_of(outcomes)
+        answer["verdicts"] = {
+            title: {str(one.claim.number): one.verdict for one in every} for title, every in scores.items()
+        }
+        screen.table(("claim", "statement", *scores), lines(scores))
+    screen.answer(answer)
+    screen.say(f"written: {spelled(page)} ({spent:.0f} s)")
+    return 0
+
+
+class _Progress:
+    """One line on stderr for every finished run."""
+
+    def __init__(self, screen: Screen, reading: str) -> None:
+        self._screen = screen
+        self._reading = reading
+
+    def __call__(self, step: Step) -> None:
+        numbers = step.record.numbers
+        transit = numbers.get("transit_s")
+        ended = f"expelled at {transit:.2f} s" if transit is not None else step.record.status.replace("_", " ")
+        kept = " (kept)" if step.kept else ""
+        self._screen.line(f"{self._reading} {step.done:3d}/{step.count} {step.name}: {ended}{kept}")

@@ -1,0 +1,180 @@
+"""Writes the report: one page with everything in it, each table as CSV, each figure as PNG and SVG."""
+
+from __future__ import annotations
+
+import base64
+import html
+import os
+import uuid
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .._version import __version__
+from ..errors import WriteError, shown
+from ..plots import style
+from .claims import CLAIMS
+from .experiments import Outcome
+from .figures import FIGURES, PaperFigure
+from .metrics import METRICS
+from .score import Scored, score_all
+from .tables import Table, all_tables
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+PAGE = "report.html"
+FORMATS = ("png", "svg")
+
+COLOURS = {
+    "holds in part": "#fdf0c8",
+    "holds": "#d5ecd9",
+    "does not hold": "#f7d6d0",
+    "not testable": "#e6e6e6",
+    "not run": "#f4f4f4",
+}
+"""Background of a cell that begins with the verdict; the longer verdict stands first."""
+
+_STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 1250px; margin: 2em auto; padding: 0 1em; color: #222; }
+table { border-collapse: collapse; font-size: 12.5px; margin: 0.6em 0 1.6em; display: block; overflow-x: auto; }
+th, td { border: 1px solid #ccc; padding: 3px 7px; text-align: left; vertical-align: top; }
+th { background: #f0f0f0; } figure { margin: 1.2em 0 2em; } img { max-width: 100%; }
+figcaption { font-size: 13.5px; color: #444; } summary { cursor: pointer; font-weight: 600; }
+"""
+
+
+def scores_of(outcomes: Sequence[Outcome]) -> dict[str, tuple[Scored, ...]]:
+    """Title of each condition to the scores of all claims."""
+    return {outcome.condition.title: score_all(outcome.measured) for outcome in outcomes}
+
+
+def write_report(
+    outcomes: Sequence[Outcome], folder: str | os.PathLike[str], only: str | None = None, note: str = ""
+) -> Path:
+    """Write page, tables and figures into `folder` and return the page.
+
+    only: number of the one figure to draw, without page and tables; then the figure's file is returned. note: a line at
+    the top of the page. Raises WriteError.
+    """
+    target = Path(folder)
+    chosen = [figure for figure in FIGURES if only is None or figure.number == only]
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+        images = {
+            figure.name: _write_figure(figure, outcomes, target) for figure in chosen if _drawable(figure, outcomes)
+        }
+        if only is not None:
+            return target / f"{chosen[0].name}.png"
+        tables = all_tables(outcomes, scores_of(outcomes))
+        for table in tables:
+            _write(target / f"{table.name}.csv", table.csv().encode("utf-8"))
+        page = page_of(tables, [(figure, images[figure.name]) for figure in chosen if figure.name in images], note)
+        _write(target / PAGE, page.encode("utf-8"))
+    except OSError as error:
+        raise WriteError(
+            f"could not write the report into {shown(str(target))}: {error.strerror or error}; choose another folder "
+            "with --out"
+        ) from None
+    return target / PAGE
+
+
+def _drawable(figure: PaperFigure, outcomes: Sequence[Outcome]) -> bool:
+    if figure.name == "thresholds":
+        return any(outcome.thresholds for outcome in outcomes)
+    return not figure.runs or any(name in outcome.records for outcome in outcomes for name in figure.runs)
+
+
+def _write_figure(figure: PaperFigure, outcomes: Sequence[Outcome], folder: Path) -> bytes:
+    with style.applied():
+        canvas: Canvas = figure.draw(outcomes)
+    for ending in FORMATS:
+        style.write(canvas, folder / f"{figure.name}.{ending}", figure.title, figure.caption)
+    return (folder / f"{figure.name}.png").read_bytes()
+
+
+def _write(path: Path, content: bytes) -> None:
+    temporary = path.parent / f".tmp-{uuid.uuid4().hex[:8]}"
+    try:
+        temporary.write_bytes(content)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def page_of(tables: Sequence[Table], figures: Sequence[tuple[PaperFigure, bytes]], note: str = "") -> str:
+    """The whole page as text; pictures are inside it."""
+    parts = [
+        "<!doctype html>",
+        '<html lang="en"><head><meta charset="utf-8"><title>The paper, scored</title>',
+        f"<style>{_STYLE}</style></head><body>",
+        "<h1>Computer-aided model of colonic propulsive activity: every experiment, scored</h1>",
+        "<p>The source is Al Qatrawi &amp; Miftahof. Runs by peristalsis "
+        f"{html.escape(__version__)}; frictions printed in N s/m and N are read in mN s/cm and mN. Calibrated: the "
+        "wave. Chosen: what the last tables list. Everything else is prediction.</p>",
+    ]
+    if note:
+        parts.append(f"<p><strong>{html.escape(note)}</strong></p>")
+    folded = ("parts", "velocities", "curves", "calibrated", "chosen")
+    first = [table for table in tables if table.name in ("claims", "counts")]
+    later = [table for table in tables if table.name not in ("claims", "counts")]
+    parts += [_table(table, table.name in folded) for table in first]
+    for figure, image in figures:
+        number = f"Fig. {figure.number}: " if figure.number else ""
+        picture = base64.b64encode(image).decode("ascii")
+        parts.append(
+            f'<figure><h2>{number}{html.escape(figure.title)}</h2><img alt="{html.escape(figure.title)}" '
+            f'src="data:image/png;base64,{picture}"><figcaption>{html.escape(figure.caption)}</figcaption></figure>'
+        )
+    parts += [_table(table, table.name in folded) for table in later]
+    parts += [_definitions(), _rules(), "</body></html>"]
+    return "\n".join(parts)
+
+
+def _table(table: Table, folded: bool) -> str:
+    head = "".join(f"<th>{html.escape(column)}</th>" for column in table.columns)
+    rows = "\n".join("<tr>" + "".join(_cell(cell) for cell in row) + "</tr>" for row in table.rows)
+    note = f"<p>{html.escape(table.note)}</p>" if table.note else ""
+    body = f"{note}<table><tr>{head}</tr>\n{rows}</table>"
+    title = html.escape(table.title)
+    return f"<details><summary>{title}</summary>{body}</details>" if folded else f"<h2>{title}</h2>{body}"
+
+
+def _cell(text: str) -> str:
+    for verdict, colour in COLOURS.items():
+        if text == verdict or text.startswith(f"{verdict}:"):
+            return f'<td style="background:{colour}">{html.escape(text)}</td>'
+    return f"<td>{html.escape(text)}</td>"
+
+
+def _definitions() -> str:
+    rows = "\n".join(
+        f"<tr><td>{html.escape(one.name)}</td><td>{html.escape(one.unit)}</td><td>{html.escape(one.definition)}</td></tr>"
+        for one in METRICS.values()
+    )
+    return (
+        "<details><summary>What is measured</summary><table><tr><th>metric</th><th>unit</th><th>definition</th></tr>"
+        f"{rows}</table></details>"
+    )
+
+
+def _rules() -> str:
+    """Every rule as it stands in the program."""
+    rows = "\n".join(
+        f"<tr><td>{claim.number}</td><td>{html.escape(part.name)}</td><td><code>{html.escape(repr(part.rule))}</code></td></tr>"
+        for claim in CLAIMS
+        for part in claim.parts
+    )
+    return (
+        "<details><summary>Rules</summary><table><tr><th>claim</th><th>part</th><th>rule</th></tr>"
+        f"{rows}</table></details>"
+    )
+
+
+def lines(scores: Mapping[str, Sequence[Scored]]) -> list[tuple[str, ...]]:
+    """Rows for a screen: number, statement, and the verdict under each condition."""
+    first = next(iter(scores.values()))
+    return [
+        (str(one.claim.number), one.claim.statement, *(every[index].verdict for every in scores.values()))
+        for index, one in enumerate(first)
+    ]

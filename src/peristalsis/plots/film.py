@@ -1,0 +1,151 @@
+"""Film of the tube and the pellet: the wall cut along the axis, coloured by its circumferential tension."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import uuid
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import ConfigurationError, WriteError, shown
+from . import data, style
+from .figures.wall_shapes import segment_values, segments, tension_colours
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+    from PIL import Image
+
+    from ..result import Result
+
+FILM_DPI = 96
+AXES_WIDTH = 5.7
+"""Width of the tube in the picture [inch]."""
+MOST_FRAMES = 2000
+
+
+def film(result: Result, path: str | os.PathLike[str], frames: int = 100, rate: int = 20) -> Path:
+    """Write the film to `path`: a GIF always, an MP4 where ffmpeg is installed or the `movie` extra.
+
+    frames: pictures spread evenly over the run; rate: pictures a second. Raises ConfigurationError for another
+    ending or where ffmpeg is missing, WriteError if the file cannot be written.
+    """
+    target = Path(path)
+    ending = target.suffix.lower()
+    if ending not in (".gif", ".mp4"):
+        raise ConfigurationError(f"film {shown(target.name)}: not a film format; name a file ending in .gif or .mp4")
+    if not 1 <= frames <= MOST_FRAMES or not 1 <= rate <= 100:
+        raise ConfigurationError(
+            f"film with {frames} frames at {rate} a second: give 1 to {MOST_FRAMES} frames, and a rate of 1 to 100"
+        )
+    program = ffmpeg() if ending == ".mp4" else None
+    if ending == ".mp4" and program is None:
+        raise ConfigurationError(
+            f"film {shown(target.name)}: an MP4 needs ffmpeg, which is not here; install ffmpeg or "
+            "'pip install peristalsis[movie]', or name a .gif, which needs nothing"
+        )
+    temporary = target.parent / f".tmp-{uuid.uuid4().hex[:8]}{ending}"
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with style.applied():
+            pictures = _pictures(result, data.spread_frames(result, frames))
+        if program is None:
+            _write_gif(pictures, temporary, rate)
+        else:
+            _write_mp4(pictures, temporary, rate, program)
+        os.replace(temporary, target)
+    except OSError as error:
+        raise WriteError(
+            f"could not write {shown(str(target))}: {error.strerror or error}; choose another place"
+        ) from None
+    finally:
+        temporary.unlink(missing_ok=True)
+    return target
+
+
+def ffmpeg() -> str | None:
+    """The ffmpeg program of the system or of the extra, or None."""
+    found = shutil.which("ffmpeg")
+    if found is not None:
+        return found
+    try:
+        import imageio_ffmpeg  # type: ignore[import-not-found,unused-ignore]
+
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
+    except (ImportError, RuntimeError):
+        return None
+
+
+def _pictures(result: Result, frames: list[int]) -> list[Image.Image]:
+    """One picture a frame; the axes are drawn once, only what moves is set anew."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.patches import Circle
+
+    cmap, norm = tension_colours(result)
+    widest = float(data.values(result, "radius", "mm").max()) + 2.0
+    canvas = style.canvas(result, 1.25 + 2.0 * widest * AXES_WIDTH / data.length(result), "Tube and pellet")
+    canvas.set_dpi(FILM_DPI)
+    axes = canvas.add_subplot()
+    axial, radius = data.values(result, "axial_position", "mm"), data.values(result, "radius", "mm")
+    tension, time = data.values(result, "tension_circumferential", "N/cm"), data.values(result, "time")
+    wall = LineCollection(list(segments(axial[0], radius[0])), cmap=cmap, norm=norm, linewidths=2.6, capstyle="round")
+    axes.add_collection(wall)
+    pellet = None
+    if data.has_pellet(result):
+        centres = data.at_frames(result, "pellet_position", "mm")
+        pellet = Circle((centres[0], 0.0), data.pellet_radius(result), facecolor="0.82", edgecolor="0.4", linewidth=0.8)
+        axes.add_patch(pellet)
+    axes.set_aspect("equal")
+    axes.set_ylim(-widest, widest)
+    axes.set_yticks([-10.0, 0.0, 10.0], ["10", "0", "10"])
+    axes.set_ylabel("radius (mm)")
+    style.axis_right(axes, result)
+    clock = axes.set_title("t = 0.00 s", loc="right")
+    bar = canvas.colorbar(wall, ax=axes, aspect=14, pad=0.015, fraction=0.05)
+    bar.set_label("circumferential\ntension (N/cm)")
+    canvas.draw_without_rendering()
+    canvas.set_layout_engine("none")  # lay out once: the axes must not shift between pictures
+    pictures = []
+    for frame in frames:
+        wall.set_segments(list(segments(axial[frame], radius[frame])))
+        wall.set_array(segment_values(tension[frame]))
+        if pellet is not None:
+            pellet.set_center((centres[frame], 0.0))
+        clock.set_text(f"t = {time[frame]:.2f} s")
+        pictures.append(_picture(canvas))
+    return pictures
+
+
+def _picture(canvas: Canvas) -> Image.Image:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    agg = FigureCanvasAgg(canvas)
+    agg.draw()
+    pixels = np.asarray(agg.buffer_rgba())[..., :3]
+    even = pixels[: pixels.shape[0] // 2 * 2, : pixels.shape[1] // 2 * 2]  # film codecs want even sides
+    return Image.fromarray(np.ascontiguousarray(even))
+
+
+def _write_gif(pictures: list[Image.Image], path: Path, rate: int) -> None:
+    from PIL import Image
+
+    palette = pictures[len(pictures) // 2].quantize(colors=128, method=Image.Quantize.MEDIANCUT)
+    frames = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
+    lengths = [round(1000 / rate)] * (len(frames) - 1) + [1500]
+    frames[0].save(path, save_all=True, append_images=frames[1:], duration=lengths, loop=0, optimize=False, disposal=1)
+
+
+def _write_mp4(pictures: list[Image.Image], path: Path, rate: int, program: str) -> None:
+    import subprocess
+
+    width, tall = pictures[0].size
+    command = [program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{tall}"]
+    command += ["-r", str(rate), "-i", "-", "-an", "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", str(path)]
+    raw = b"".join(picture.tobytes() for picture in pictures)
+    done = subprocess.run(command, input=raw, capture_output=True, check=False)
+    if done.returncode != 0:
+        reason = done.stderr.decode(errors="replace").strip().splitlines()[-1:] or ["no reason given"]
+        raise ConfigurationError(f"ffmpeg could not make {shown(path.name)}: {reason[0][:120]}; name a .gif instead")

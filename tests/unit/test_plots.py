@@ -1,0 +1,147 @@
+"""Figures, film and CSV: what they show is what the run recorded, and odd runs draw too."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import peristalsis as ps
+from peristalsis.errors import ConfigurationError
+from peristalsis.plots import Plots, data
+from peristalsis.plots.export import export_csv
+from peristalsis.plots.film import ffmpeg
+
+SMALL = {"grid.n_z": 300, "grid.n_z_wall": 100, "run.duration": "0.3 s"}
+
+
+@pytest.fixture(scope="module")
+def run() -> ps.Result:
+    return ps.run("baseline", SMALL)
+
+
+@pytest.fixture(scope="module")
+def bare() -> ps.Result:
+    """Nothing moves, and there is no pellet."""
+    return ps.run("resting", {**SMALL, "run.duration": "0.05 s"})
+
+
+@pytest.mark.parametrize("name", Plots.names())
+def test_every_figure_draws(run: ps.Result, name: str) -> None:
+    figure = run.plot.draw(name)
+    assert figure.axes
+    assert run.plot.caption(name)
+
+
+@pytest.mark.parametrize("name", Plots.names())
+def test_runs_without_pellet_draw_or_say_why_not(bare: ps.Result, name: str) -> None:
+    if name in bare.plot.available():
+        assert bare.plot.draw(name).axes
+    else:
+        with pytest.raises(ConfigurationError, match="this run has none"):
+            bare.plot.draw(name)
+
+
+def test_single_frame_draws(run: ps.Result) -> None:
+    """A run that broke off at once has one stored time and one step."""
+    short = {
+        name: values[:1] if ps_first(name) in ("time", "time_step") else values for name, values in run.arrays.items()
+    }
+    first = replace(run, arrays=short, summary={**run.summary, "transit_s": None, "status": "diverged"})
+    for name in first.plot.available():
+        assert first.plot.draw(name).axes, name
+
+
+def ps_first(name: str) -> str:
+    from peristalsis.names import OUTPUTS
+
+    return OUTPUTS[name].dimensions[0]
+
+
+def test_diameter_map_shows_the_recorded_diameters(run: ps.Result) -> None:
+    time, place, diameter = data.diameter_map(run)
+    mesh = run.plot.diameter_map().axes[0].collections[0]
+    assert np.array_equal(np.asarray(mesh.get_array()).reshape(place.size, time.size), diameter.T)
+    assert 0.1 * diameter.min() == pytest.approx(2.0 * run.arrays["radius"].min(), rel=2e-3)
+    assert diameter.max() == pytest.approx(20.0 * run.configuration.pellet.radius, rel=2e-3)
+
+
+def test_track_is_the_recorded_track(run: ps.Result) -> None:
+    axes = run.plot.track().axes[0]
+    line = next(line for line in axes.lines if line.get_label() == "pellet, centre")
+    assert np.array_equal(line.get_ydata(), 10.0 * run.arrays["pellet_position"])
+    low, high = axes.get_ylim()
+    assert low > high  # the oral end is at the top
+
+
+def test_manometry_reads_the_lumen_where_nothing_touches(run: ps.Result) -> None:
+    _, place, pressure = data.manometry(run, 10.0)
+    assert place.tolist() == [10.0 * k for k in range(1, 10)]
+    lumen = data.at_frames(run, "lumen_pressure", "mmHg")
+    assert np.allclose(pressure[:, -1], lumen)
+    assert pressure[:, 0].max() > 2.0 * lumen.max()  # the sensor under the pellet
+
+
+def test_save_writes_what_was_asked_for(run: ps.Result, tmp_path: Path) -> None:
+    files = run.plot.save(tmp_path, ["track", "contact"], ("png", "svg", "pdf"))
+    assert sorted(file.name for file in files) == sorted(
+        f"{name}.{ending}" for name in ("track", "contact") for ending in ("png", "svg", "pdf")
+    )
+    assert sorted(tmp_path.iterdir()) == sorted(files)
+    assert all(file.stat().st_size > 1000 for file in files)
+
+
+def test_unknown_names_are_refused(run: ps.Result, tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="diameter_map"):
+        run.plot.save(tmp_path, ["diametre_map"])
+    with pytest.raises(ConfigurationError, match="jpeg"):
+        run.plot.save(tmp_path, ["track"], ["jpeg"])
+    with pytest.raises(AttributeError, match="diameter_map"):
+        run.plot.diameter_mapp  # noqa: B018
+
+
+def test_film_has_its_frames_and_they_differ(run: ps.Result, tmp_path: Path) -> None:
+    from PIL import Image
+
+    path = run.plot.film(tmp_path / "film.gif", frames=7)
+    with Image.open(path) as film:
+        assert film.n_frames == 7
+        film.seek(0)
+        first = np.asarray(film.convert("RGB"))
+        film.seek(6)
+        assert (np.asarray(film.convert("RGB")) != first).any()
+    assert [file.name for file in tmp_path.iterdir()] == ["film.gif"]
+
+
+def test_film_without_ffmpeg_says_what_is_missing(
+    run: ps.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("peristalsis.plots.film.ffmpeg", lambda: None)
+    with pytest.raises(ConfigurationError, match=r"needs ffmpeg.*\.gif"):
+        run.plot.film(tmp_path / "film.mp4")
+    with pytest.raises(ConfigurationError, match=r"\.gif or \.mp4"):
+        run.plot.film(tmp_path / "film.avi")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(ffmpeg() is None, reason="no ffmpeg here; the GIF needs none")
+def test_film_as_mp4(run: ps.Result, tmp_path: Path) -> None:
+    path = run.plot.film(tmp_path / "film.mp4", frames=5)
+    assert b"ftyp" in path.read_bytes()[:64]
+
+
+def test_csv_holds_the_numbers_to_the_last_bit(run: ps.Result, tmp_path: Path) -> None:
+    export_csv(run, tmp_path)
+    with (tmp_path / "curves.csv").open(newline="", encoding="ascii") as file:
+        head, *rows = csv.reader(file)
+    column = head.index("pellet_position [cm]")
+    assert [float(row[column]) for row in rows] == run.arrays["pellet_position"].tolist()
+    with (tmp_path / "map_radius.csv").open(newline="", encoding="ascii") as file:
+        head, *rows = csv.reader(file)
+    assert head[0] == "time [s]; cells: radius [cm]"
+    assert [[float(cell) for cell in row[1:]] for row in rows] == run.arrays["radius"][:, :, 0].tolist()
+    with (tmp_path / "events.csv").open(newline="", encoding="ascii") as file:
+        assert [row[2] for row in csv.reader(file)][1:] == run.arrays["event_kind"].tolist()
