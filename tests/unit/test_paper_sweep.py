@@ -17,7 +17,7 @@ def variants(*durations: str) -> dict:
     return {f"run {one}": BASE.with_changes({"run.duration": one}) for one in durations}
 
 
-@pytest.fixture()
+@pytest.fixture
 def counted(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Replaces the run by one that notes its duration; those of 3 s break off."""
     made: list[float] = []

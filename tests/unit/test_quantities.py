@@ -84,7 +84,7 @@ def test_a_uniformly_translating_field_does_not_mix() -> None:
 
 
 def test_the_cross_section_as_a_whole_stays_where_it_is() -> None:
-    """Averaged over the cross-section nothing moves past the content: the mean of s is kept, at first slice by slice."""
+    """Averaged over the cross-section nothing moves past the content: slice by slice the mean of s is kept."""
     time, upstream = shear(0.4)
     y = np.linspace(0.0005, 0.9995, 1000)
     for start in (0.2, 0.5, 0.8):

@@ -109,7 +109,7 @@ def _sequence(outcomes: Sequence[Outcome]) -> Canvas:
     """Fig. 1: shapes of the wall at six times, stretch and tension along it, contact force over the pellet."""
     outcome = outcomes[0]
     record = _usable(outcome, "baseline")
-    figure = _canvas(11.0, 7.6, f"Fig. 1: sequence of events, reading {outcome.condition.title}")
+    figure = _canvas(11.4, 7.6, f"Fig. 1: sequence of events, reading {outcome.condition.title}")
     if record is None:
         return figure
     arrays = record.arrays
@@ -152,7 +152,7 @@ def _sequence(outcomes: Sequence[Outcome]) -> Canvas:
         label = f"{arrays['time'][frame]:.2f} s"
         contact.plot(arrays["axial_position"][frame] - centre, pressure, color=shade, linewidth=1.1, label=label)
     contact.set_xlim(-1.1 * radius, 1.1 * radius)
-    contact.set_xlabel("place along the pellet from its centre (cm)")
+    contact.set_xlabel("place from the pellet's centre (cm)")
     contact.set_ylabel("contact pressure (kPa)")
     contact.legend(fontsize=7.5)
     return figure

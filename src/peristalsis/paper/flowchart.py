@@ -62,9 +62,9 @@ def draw_flowchart(figure: Canvas) -> Canvas:
                 bbox={"boxstyle": "round,pad=0.5", "facecolor": "white", "edgecolor": colour, "linewidth": 1.2},
             )
         for above, below in pairwise(heights):
-            _arrow(axes, (middle, above - 0.45), (middle, below + 0.45), colour)
+            _arrow(axes, (middle, above - 0.3), (middle, below + 0.3), colour)
         edge = middle - 0.5 * width - 0.15
-        inside = middle - 0.45 * width
+        inside = middle - 0.38 * width
         turns = [heights[4], heights[4], heights[1], heights[1]]
         axes.plot([inside, edge, edge, inside], turns, color=colour, linewidth=1.2, zorder=0)
         _arrow(axes, (edge, heights[1]), (inside, heights[1]), colour)

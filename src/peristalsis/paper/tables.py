@@ -62,8 +62,7 @@ def matrix(scores: Mapping[str, Sequence[Scored]]) -> Table:
         cells = []
         for every in scores.values():
             one = every[index]
-            failing = one.failing() if one.verdict == "holds in part" else ()
-            cells.append(f"{one.verdict}: not {'; '.join(failing)}" if failing else one.verdict)
+            cells.append(_verdict(one))
         claim = scored.claim
         rows.append((str(claim.number), claim.statement, claim.place, USES[claim.use], *cells))
     for statement, why in NOT_TESTABLE.items():
@@ -75,6 +74,16 @@ def matrix(scores: Mapping[str, Sequence[Scored]]) -> Table:
         ("claim", "statement", "place", "use", *scores),
         tuple(rows),
     )
+
+
+def _verdict(one: Scored) -> str:
+    """The verdict, with the parts that fail beside some that hold, or cannot be judged beside some that fail."""
+    failing = one.failing()
+    if one.verdict == "holds in part":
+        return f"{one.verdict}: not {'; '.join(failing)}"
+    unjudged = [name for name in failing if name.endswith(("(not testable)", "(not run)"))]
+    partly = one.verdict == "does not hold" and unjudged
+    return f"{one.verdict}: {'; '.join(unjudged)}" if partly else one.verdict
 
 
 def counts(scores: Mapping[str, Sequence[Scored]]) -> Table:

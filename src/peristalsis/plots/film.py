@@ -15,7 +15,7 @@ from . import data, style
 from .figures.wall_shapes import segment_values, segments, tension_colours
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
     from ..result import Result
@@ -50,7 +50,7 @@ def film(result: Result, path: str | os.PathLike[str], frames: int = 100, rate: 
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with style.applied():
-            pictures = _pictures(result, data.spread_frames(result, frames))
+            pictures = _pictures(result, data.spread_frames(result, frames), rate)
         if program is None:
             _write_gif(pictures, temporary, rate)
         else:
@@ -78,8 +78,9 @@ def ffmpeg() -> str | None:
         return None
 
 
-def _pictures(result: Result, frames: list[int]) -> list[Image.Image]:
-    """One picture a frame; the axes are drawn once, only what moves is set anew."""
+def _pictures(result: Result, frames: list[int], rate: int) -> list[Image.Image]:
+    """One picture a frame; all that stands still is drawn once, only what moves is drawn anew."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Circle
 
@@ -103,27 +104,37 @@ def _pictures(result: Result, frames: list[int]) -> list[Image.Image]:
     axes.set_ylabel("radius (mm)")
     style.axis_right(axes, result)
     clock = axes.set_title("t = 0.00 s", loc="right")
+    simulated = float(time[frames[-1]] - time[frames[0]])
+    if simulated > 0.0:
+        axes.set_title(f"shown at {simulated * rate / (len(frames) - 1):.2g} times real speed", loc="left")
     bar = canvas.colorbar(wall, ax=axes, aspect=14, pad=0.015, fraction=0.05)
     bar.set_label("circumferential\ntension (N/cm)")
     canvas.draw_without_rendering()
     canvas.set_layout_engine("none")  # lay out once: the axes must not shift between pictures
+    moving = [artist for artist in (pellet, wall, clock) if artist is not None]
+    for artist in moving:
+        artist.set_animated(True)
+    agg = FigureCanvasAgg(canvas)
+    agg.draw()
+    still = agg.copy_from_bbox(canvas.bbox)
     pictures = []
     for frame in frames:
+        agg.restore_region(still)
         wall.set_segments(list(segments(axial[frame], radius[frame])))
         wall.set_array(segment_values(tension[frame]))
         if pellet is not None:
             pellet.set_center((centres[frame], 0.0))
         clock.set_text(f"t = {time[frame]:.2f} s")
-        pictures.append(_picture(canvas))
+        for artist in moving:
+            artist.draw(agg.get_renderer())
+        pictures.append(_picture(agg))
     return pictures
 
 
-def _picture(canvas: Canvas) -> Image.Image:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+def _picture(agg: FigureCanvasAgg) -> Image.Image:
+    """What is on the canvas now, as a picture of even sides."""
     from PIL import Image
 
-    agg = FigureCanvasAgg(canvas)
-    agg.draw()
     pixels = np.asarray(agg.buffer_rgba())[..., :3]
     even = pixels[: pixels.shape[0] // 2 * 2, : pixels.shape[1] // 2 * 2]  # film codecs want even sides
     return Image.fromarray(np.ascontiguousarray(even))
@@ -133,6 +144,9 @@ def _write_gif(pictures: list[Image.Image], path: Path, rate: int) -> None:
     from PIL import Image
 
     palette = pictures[len(pictures) // 2].quantize(colors=128, method=Image.Quantize.MEDIANCUT)
+    colours = np.array(palette.getpalette()).reshape(-1, 3)
+    colours[colours.sum(axis=1).argmax()] = 255  # averaging leaves the background a shade below white
+    palette.putpalette(colours.ravel().tolist())
     frames = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     lengths = [round(1000 / rate)] * (len(frames) - 1) + [1500]
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=lengths, loop=0, optimize=False, disposal=1)

@@ -140,13 +140,45 @@ def colour_map(axes: Axes, result: Result, time: Floats, place: Floats, field: F
     )
 
 
-def colour_bar(mesh: Any, axes: Axes | Sequence[Axes], label: str, **options: Any) -> Any:
-    """A colour bar to the right of the panel."""
-    first = axes if not isinstance(axes, Sequence) else axes[0]
-    bar = first.figure.colorbar(mesh, ax=axes, aspect=16, pad=0.015, fraction=0.06, **options)
+def colour_bar(mesh: Any, axes: Axes | Sequence[Axes], label: str, cax: Axes | None = None, pad: float = 0.015) -> Any:
+    """A colour bar to the right of a panel, of several panels, or in the place kept for it."""
+    panels = list(axes) if isinstance(axes, Sequence) else [axes]
+    if cax is not None:
+        bar = panels[0].figure.colorbar(mesh, cax=cax)
+    else:
+        bar = panels[0].figure.colorbar(mesh, ax=panels, aspect=16 * len(panels), pad=pad, fraction=0.06)
     bar.set_label(label)
     bar.outline.set_linewidth(0.6)
     return bar
+
+
+def legend_above(axes: Axes, columns: int = 4, size: float = 8.5) -> None:
+    """A legend outside the panel, at the right of its title, where it hides nothing."""
+    axes.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=columns,
+        fontsize=size,
+        frameon=False,
+        borderpad=0.2,
+        borderaxespad=0.0,
+        handlelength=1.4,
+        handletextpad=0.5,
+        columnspacing=1.2,
+    )
+
+
+def legend_on_map(axes: Axes) -> None:
+    """A dark legend inside a map, at the lower left, where the wave has not been yet."""
+    legend = axes.legend(loc="lower left", labelcolor="white", framealpha=0.6)
+    legend.get_frame().set_facecolor("0.25")
+
+
+def signed(value: float, digits: int = 3) -> str:
+    """A number in text with a true minus and a power of ten where it needs one."""
+    mantissa, _, exponent = f"{value:.{digits}g}".partition("e")
+    text = mantissa.replace("-", "\N{MINUS SIGN}")
+    return rf"{text} $\times$ 10$^{{{int(exponent)}}}$" if exponent else text
 
 
 def second_unit(axes: Axes, factor: float, label: str) -> None:
@@ -162,22 +194,22 @@ def outlined(colour: str = "black", width: float = 3.0) -> list[Any]:
     return [Stroke(linewidth=width, foreground=colour), Normal()]
 
 
-def mark_expelled(axes: Axes, result: Result, text: bool = True, height: float = 0.03) -> None:
-    """A vertical line where the pellet was expelled, with a text from `height` (share of the panel) upwards."""
+def mark_expelled(axes: Axes, result: Result, text_top: float | None = None) -> None:
+    """A vertical line where the pellet was expelled; a text downwards from `text_top` (share of the panel) says so."""
     when = data.transit(result)
     if when is None:
         return
     axes.axvline(when, color=GREY, linewidth=1.0, linestyle=(0, (4, 2)), label="_expelled")
-    if text:
+    if text_top is not None:
         axes.annotate(
             f"expelled {when:.2f} s",
-            (when, height),
+            (when, text_top),
             xycoords=("data", "axes fraction"),
             xytext=(-3, 0),
             textcoords="offset points",
             rotation=90,
             ha="right",
-            va="bottom",
+            va="top",
             fontsize=8.5,
             color="0.35",
         )

@@ -8,9 +8,9 @@ whose wall moves with its own velocity,
     ds/dt = g (1 - 2y),    dy/dt = -g_s (y - y^2),    g = -dS/dt at the wall,
 
 which keeps content, has no flow through the ends, and does nothing where wall and content move together. Its mean over
-the cross-section is zero: plug flow would leave every tracer at its s, and can stretch content but never mix it. Beside a pellet that
-touches the wall the content passes in order, as through a thin film. A solid bolus is not mixed itself: the number is
-about the fluid around it.
+the cross-section is zero: plug flow would leave every tracer at its s, and can stretch content but never mix it. Beside
+a pellet that touches the wall the content passes in order, as through a thin film. A solid bolus is not mixed itself:
+the number is about the fluid around it.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Many runs in parallel processes, each kept on disk as soon as it is finished, so that a sweep can be taken up again.
 
-A run is kept under the digest of its configuration and the version of the package. What is kept is what `measure`
+A run is kept under the digest of its configuration, the version of the package and that of its equations' sources, so
+that a changed equation is never answered with an old run. What is kept is what `measure`
 makes of it: numbers, and a few arrays. A run that is refused or breaks off is a result too, with its reason.
 """
 
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 from .._version import __version__
 from ..config import Configuration
 from ..errors import PeristalsisError, WriteError, shown
+from ..numerics.compiled import source_digest
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -57,9 +59,13 @@ class Step:
     kept: bool
 
 
+SOURCES = source_digest()
+"""Of the equations that this process has loaded, not of what may have changed on disk since."""
+
+
 def key_of(configuration: Configuration) -> str:
     """The key under which a run is kept: equal experiments have one key, whatever their scenarios are called."""
-    return f"{configuration.with_changes({'scenario': 'baseline'}).digest()[:24]}-{__version__}"
+    return f"{configuration.with_changes({'scenario': 'baseline'}).digest()[:24]}-{__version__}-{SOURCES[:8]}"
 
 
 class Store:

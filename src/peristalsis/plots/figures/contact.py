@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .. import data, style
 from ..data import Floats
 from ..figure import Figure
@@ -26,14 +28,16 @@ def panel(axes: Axes, result: Result) -> Any:
 
     time, place, pressure = data.contact_map(result)
     norm = Normalize(0.0, max(0.1, float(pressure.max())))
-    mesh = style.colour_map(axes, result, time, place, pressure, style.PRESSURE, norm)
+    touching = np.ma.masked_less_equal(pressure, 0.0)
+    mesh = style.colour_map(axes, result, time, place, touching, style.PRESSURE, norm)
+    axes.set_facecolor("0.8")
     radius = data.pellet_radius(result)
     axes.set_ylim(radius, -radius)
     axes.axhline(0.0, color="white", linewidth=0.8, linestyle=":")
     ticks = [-radius, -radius / 2, 0.0, radius / 2, radius]
-    names = [f"{tick:g}" for tick in ticks]
-    axes.set_yticks(ticks, [f"oral pole  {names[0]}", *names[1:-1], f"anal pole  {names[-1]}"])
-    axes.set_ylabel("from centre (mm)")
+    names = [style.signed(tick) for tick in ticks]
+    axes.set_yticks(ticks, [f"oral  {names[0]}", *names[1:-1], f"anal  {names[-1]}"])
+    axes.set_ylabel("from pellet's centre (mm)")
     style.time_axis(axes, result)
     return mesh
 
@@ -59,8 +63,8 @@ FIGURE = Figure(
     title="Contact of wall and pellet",
     caption=(
         "(a) Contact pressure between wall and pellet, in excess of the lumen pressure, over the axial distance from "
-        "the pellet's centre, oral pole at the top, and time. (b) Axial distance between the oral and the anal edge "
-        "of the contact; no line where nothing touches."
+        "the pellet's centre, oral pole at the top, and time; grey: no contact. (b) Axial distance between "
+        "the oral and the anal edge of the contact; no line where nothing touches."
     ),
     draw=draw,
     needs_pellet=True,

@@ -65,7 +65,7 @@ def draw(result: Result, probe: int = 0) -> Canvas:
                 axes.plot(time, flows[layer][name], color=colour, label=label)
         calcium.plot(time, data.values(result, f"calcium_{layer}_probe")[:, probe], color=style.PURPLE)
         style.time_axis(calcium, result)
-    for row, label in enumerate(("potential (mV)", "current (µA/cm²)", "current (µA/cm²)", "calcium (1)")):
+    for row, label in enumerate(("potential (mV)", "current (µA/cm²)", "current (µA/cm²)", "calcium (relative)")):
         grid[row, 0].set_ylabel(label)
     calcium_curves = [data.values(result, f"calcium_{layer}_probe")[:, probe] for layer in LAYERS]
     potentials = [data.values(result, f"potential_{layer}_probe")[:, probe] for layer in LAYERS]
@@ -74,7 +74,7 @@ def draw(result: Result, probe: int = 0) -> Canvas:
     for row, group in ((1, LARGE), (2, SMALL)):
         curves = [flows[layer][name] for layer in LAYERS for name in group]
         grid[row, 0].set_ylim(style.finite_range(*curves, least=0.01))
-        grid[row, 1].legend(loc="best")
+        style.legend_above(grid[row, 1])
     style.letters(list(grid[0]), [f"{layer} muscle" for layer in LAYERS])
     figure.align_ylabels(grid[:, 0])
     return figure

@@ -45,8 +45,7 @@ def draw(result: Result) -> Canvas:
     mesh = panel(axes, result)
     style.colour_bar(mesh, axes, "inner diameter (mm)")
     if data.has_pellet(result):
-        legend = axes.legend(loc="upper right", labelcolor="white", framealpha=0.6)
-        legend.get_frame().set_facecolor("0.25")
+        style.legend_on_map(axes)
     return figure
 
 

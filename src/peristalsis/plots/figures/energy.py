@@ -28,7 +28,7 @@ def draw(result: Result) -> Canvas:
     time = data.values(result, "time_step")
     for name, label, colour, line in TERMS:
         work = data.values(result, name, "mJ")
-        panels[0].plot(time, work, color=colour, linestyle=line, label=f"{label}: {work[-1]:.3g} mJ")
+        panels[0].plot(time, work, color=colour, linestyle=line, label=f"{label}: {style.signed(work[-1])} mJ")
     panels[0].set_ylabel("work since t = 0 (mJ)")
     panels[0].set_ylim(style.finite_range(*(data.values(result, name, "mJ") for name, *_ in TERMS), least=1e-3))
     panels[0].legend(loc="upper left")
@@ -39,12 +39,15 @@ def draw(result: Result) -> Canvas:
     panels[1].set_ylabel("residual (µJ)")
     for axes in panels:
         style.time_axis(axes, result)
-        style.mark_expelled(axes, result, text=False)
+        style.mark_expelled(axes, result)
     panels[0].set_xlabel("")
     share = result.summary["power_residual"]
     style.letters(
         panels,
-        ("work done (solid) and where it went (dashed)", f"balance: residual at most {share:.1e} of the work done"),
+        (
+            "work done (solid) and where it went (dashed)",
+            f"balance: residual at most {style.signed(share, 2)} of the work done",
+        ),
     )
     return figure
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import data, style
+from ..data import Floats
 from ..figure import Figure
 
 if TYPE_CHECKING:
@@ -14,39 +15,55 @@ if TYPE_CHECKING:
 
     from ...result import Result
 
+AXIAL = (
+    ("axial_force", "wall (contact)", style.BLUE),
+    ("viscous_force", "viscous friction", style.VERMILION),
+    ("dry_force", "dry friction", style.GREEN),
+)
+
+
+def total(result: Result) -> Floats:
+    """Sum of all axial forces on the pellet [mN]; the pressures on its two sides cancel."""
+    return np.asarray(np.sum([data.values(result, name) for name, _, _ in AXIAL], axis=0))
+
 
 def draw(result: Result) -> Canvas:
-    """Axial forces with their sum, and the forces that squeeze the pellet."""
-    figure = style.canvas(result, 6.0, "Forces on the pellet")
-    panels = list(figure.subplots(2, 1, sharex=True, height_ratios=(1.4, 1.0)))
+    """Axial forces, the small ones again on their own scale, and the forces that squeeze the pellet."""
+    figure = style.canvas(result, 7.2, "Forces on the pellet")
+    panels = list(figure.subplots(3, 1, sharex=True, height_ratios=(1.5, 1.0, 1.0)))
     time = data.values(result, "time_step")
-    axial = {
-        "wall (contact)": (data.values(result, "axial_force", "N"), style.BLUE),
-        "viscous friction": (data.values(result, "viscous_force", "N"), style.VERMILION),
-        "dry friction": (data.values(result, "dry_force", "N"), style.GREEN),
-    }
-    for label, (force, colour) in axial.items():
-        panels[0].plot(time, force, color=colour, label=label)
-    total = np.sum([force for force, _ in axial.values()], axis=0)
-    panels[0].plot(time, np.zeros_like(time), color=style.SKY, linewidth=3.0, label="lumen pressure (net 0)")
-    panels[0].plot(time, total, color=style.BLACK, linestyle=(0, (3, 3)), label="sum")
-    panels[0].set_ylim(style.finite_range(*(force for force, _ in axial.values()), least=0.02))
-    panels[0].set_ylabel("axial force (N)")
-    panels[0].legend(loc="upper left", ncols=2)
+    large, small, squeeze = panels
+
+    large.axhline(0.0, color=style.GREY, linewidth=0.6)
+    for name, label, colour in AXIAL:
+        large.plot(time, data.values(result, name, "N"), color=colour, label=label)
+    large.set_ylim(style.finite_range(*(data.values(result, name, "N") for name, _, _ in AXIAL), least=0.02))
+    large.set_ylabel("axial force (N)")
+
+    limit = result.configuration.pellet.dry_friction
+    for side in (-limit, limit):
+        small.axhline(side, color=style.GREY, linewidth=0.9, linestyle=":")
+    dry = data.values(result, "dry_force")
+    small.plot(time, dry, color=style.GREEN, label="dry friction")
+    small.plot(time, np.zeros_like(time), color=style.SKY, linewidth=3.0, label="lumen pressure, net")
+    small.plot(time, total(result), color=style.BLACK, linestyle=(0, (3, 3)), label="sum of all")
+    small.set_ylim(style.finite_range(dry, np.array([-limit, limit]), least=1.0))
+    small.set_ylabel("axial force (mN)")
 
     normal = data.values(result, "normal_force", "N")
     section = np.pi * result.configuration.pellet.radius**2
-    end = data.values(result, "lumen_pressure") * 0.1 * section  # 1 kPa cm^2 = 0.1 N
-    panels[1].plot(time, normal, color=style.PURPLE, label="contact, sum of normal forces")
-    panels[1].plot(time, end, color=style.SKY, label=r"lumen pressure on each half, $p\,\pi R^2$")
-    panels[1].set_ylim(style.finite_range(normal, end, least=0.02))
-    panels[1].set_ylabel("force (N)")
-    panels[1].legend(loc="upper left")
+    end = 0.1 * data.values(result, "lumen_pressure") * section  # 1 kPa cm^2 = 0.1 N
+    squeeze.plot(time, normal, color=style.PURPLE, label="contact")
+    squeeze.plot(time, end, color=style.SKY, label=r"lumen pressure on each half, $p\,\pi R^2$")
+    squeeze.set_ylim(style.finite_range(normal, end, least=0.02))
+    squeeze.set_ylabel("force (N)")
+
     for axes in panels:
-        style.time_axis(axes, result)
-        style.mark_expelled(axes, result, text=axes is panels[1])
-    panels[0].set_xlabel("")
-    style.letters(panels, ("along the tube (anal direction positive)", "squeezing the pellet"))
+        style.legend_above(axes)
+        style.time_axis(axes, result, label=axes is squeeze)
+        style.mark_expelled(axes, result)
+    style.letters(panels, ("along the tube", "the small ones in mN", "squeezing the pellet"))
+    figure.align_ylabels(panels)
     return figure
 
 
@@ -55,10 +72,11 @@ FIGURE = Figure(
     title="Forces on the pellet",
     caption=(
         "(a) Axial forces on the pellet, positive towards the anal end: the wall through its contact pressure, viscous "
-        "friction, dry friction, and their sum, which is zero because the pellet has no inertia (dry friction is what "
-        "balances the other two, up to its limit). Lumen pressure gives no net force: the model has one pressure on "
-        "both sides of the pellet. (b) Sum of the normal contact forces over the surface, and the force with which "
-        "lumen pressure acts on each half of the pellet, equal and opposite."
+        "friction and dry friction. (b) The small ones again: dry friction within its limits (dotted); the net force "
+        "of lumen pressure, which is zero because the model has one pressure on both sides of the pellet; and the sum "
+        "of all forces, which is zero because the pellet has no inertia (dry friction is recorded as what balances the "
+        "other two). (c) Sum of the normal contact forces over the surface, and the force with which lumen pressure "
+        "acts on each half of the pellet, equal and opposite."
     ),
     draw=draw,
     needs_pellet=True,

@@ -11,6 +11,7 @@ from ..figure import Figure
 from .manometry import SPACING
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
     from ...result import Result
@@ -36,16 +37,13 @@ def draw(result: Result, spacing: float = SPACING) -> Canvas:
     axes.set_yticks(bases, names)
     axes.set_ylabel("place of the sensor (mm)")
     style.time_axis(axes, result)
-    style.mark_expelled(axes, result, text=False)
+    style.mark_expelled(axes, result)
     _scale_bar(axes, step, -step * (sensors.size - 1))
     return figure
 
 
-def _scale_bar(axes: object, step: float, base: float) -> None:
+def _scale_bar(axes: Axes, step: float, base: float) -> None:
     """A bar of a round pressure beside the lowest trace, in both units."""
-    from matplotlib.axes import Axes
-
-    assert isinstance(axes, Axes)
     height = next(size for size in (500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0) if size <= step)
     along = axes.get_yaxis_transform()
     axes.plot([1.02, 1.02], [base, base + height], color=style.BLACK, linewidth=2.0, transform=along, clip_on=False)

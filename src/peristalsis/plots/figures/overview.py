@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .. import data, style
 from ..figure import Figure
@@ -18,23 +18,30 @@ if TYPE_CHECKING:
 def draw(result: Result) -> Canvas:
     """Maps of diameter, stretch and potential; with a pellet its track, forces and contact besides."""
     pellet = data.has_pellet(result)
-    figure = style.canvas(result, 9.6 if pellet else 5.4, "Overview")
+    figure = style.canvas(result, 9.4 if pellet else 5.2, "Overview")
     rows = 4 if pellet else 2
     grid = figure.subplots(rows, 2, sharex=True)
-    style.colour_bar(diameter_map.panel(grid[0, 0], result), grid[0, 0], "diameter (mm)")
-    style.colour_bar(stretch_map.panel(grid[0, 1], result), grid[0, 1], "stretch (1)")
+
+    def bar(mesh: Any, row: int, side: int, label: str) -> None:
+        # A bar inside its panel's axes takes no room from the panel: those above one another line up.
+        axes = grid[row, side]
+        style.colour_bar(mesh, axes, label, axes.inset_axes((1.03, 0.0, 0.04, 1.0)))
+
+    bar(diameter_map.panel(grid[0, 0], result), 0, 0, "diameter (mm)")
+    bar(stretch_map.panel(grid[0, 1], result), 0, 1, "stretch")
     norm = potential_maps.norm_of(result)
     for side, layer in enumerate(potential_maps.LAYERS):
-        mesh = potential_maps.panel(grid[1, side], result, layer, norm)
-        style.colour_bar(mesh, grid[1, side], "potential (mV)")
+        bar(potential_maps.panel(grid[1, side], result, layer, norm), 1, side, "potential (mV)")
+    for axes in (grid[0, 1], *grid[1]):
+        axes.set_ylabel("undeformed z (mm)")
     titles = ["diameter", "longitudinal stretch", *(_wave_title(result, layer) for layer in potential_maps.LAYERS)]
     if pellet:
         track.position(grid[2, 0], result)
         track.velocity(grid[2, 1], result)
         track.forces(grid[3, 0], result)
-        grid[3, 0].legend(loc="upper left", fontsize=7.5)
-        style.colour_bar(contact.panel(grid[3, 1], result), grid[3, 1], "pressure (kPa)")
-        titles += ["pellet position", "pellet velocity", "axial forces on the pellet", "contact pressure"]
+        style.legend_above(grid[3, 0], size=8.0)
+        bar(contact.panel(grid[3, 1], result), 3, 1, "pressure (kPa)")
+        titles += ["pellet position", "pellet velocity", "", "contact pressure"]
     panels: list[Axes] = list(grid.ravel())
     for axes in panels[:-2]:
         axes.set_xlabel("")

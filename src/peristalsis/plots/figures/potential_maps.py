@@ -45,7 +45,7 @@ def front_label(result: Result, layer: str) -> str:
     """The measured speed of the first wave in words."""
     speed = result.summary["wave_speed_cm_s"][layer]
     return (
-        "first activation (no speed: z = 30-80 mm not passed)"
+        "first activation (no speed: 30 to 80 mm not passed)"
         if speed is None
         else f"first activation, {speed:.2f} cm/s"
     )
@@ -58,8 +58,7 @@ def draw(result: Result) -> Canvas:
     norm = norm_of(result)
     for axes, layer in zip(panels, LAYERS, strict=True):
         mesh = panel(axes, result, layer, norm)
-        legend = axes.legend(loc="upper right", labelcolor="white", framealpha=0.6)
-        legend.get_frame().set_facecolor("0.25")
+        style.legend_on_map(axes)
     panels[0].set_xlabel("")
     style.colour_bar(mesh, panels, "membrane potential (mV)")
     style.letters(panels, [f"{layer} muscle" for layer in LAYERS])
@@ -71,8 +70,8 @@ FIGURE = Figure(
     title="Depolarisation of both layers",
     caption=(
         "Membrane potential of the longitudinal (a) and the circular muscle (b) over the place in the undeformed tube, "
-        "oral end at the top, and time. White line: first activation of each place (rise through the threshold of "
-        "that layer); its speed is the slope of place over time between z = 30 and 80 mm."
+        "oral end at the top, and time. White line: first activation of each place (rise through \N{MINUS SIGN}40 mV)"
+        "; its speed is the slope of place over time between z = 30 and 80 mm."
     ),
     draw=draw,
 )

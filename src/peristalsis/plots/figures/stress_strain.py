@@ -39,7 +39,7 @@ def draw(result: Result, times: Sequence[float] | None = None) -> Canvas:
         for axes in grid[:, side]:
             _contact_band(axes, result, frame)
         style.axis_right(grid[2, side], result, "undeformed position z (mm)")
-    for row, label in enumerate(("stretch (1)", "longitudinal\ntension (N/cm)", "circumferential\ntension (N/cm)")):
+    for row, label in enumerate(("stretch", "longitudinal\ntension (N/cm)", "circumferential\ntension (N/cm)")):
         grid[row, 0].set_ylabel(label)
     grid[0, 0].legend(loc="best")
     grid[1, 0].legend(loc="best")

@@ -35,7 +35,7 @@ def draw(result: Result) -> Canvas:
     """Map of longitudinal stretch."""
     figure = style.canvas(result, 4.2, "Longitudinal stretch map")
     axes = figure.add_subplot()
-    style.colour_bar(panel(axes, result), axes, "longitudinal stretch (1)")
+    style.colour_bar(panel(axes, result), axes, "longitudinal stretch")
     return figure
 
 

@@ -18,23 +18,23 @@ def position(axes: Axes, result: Result) -> None:
     """Position of the pellet's centre between where it starts and where it leaves."""
     centre = data.values(result, "pellet_position", "mm")
     start, end = centre[0], data.length(result) - data.pellet_radius(result)
-    for place, text, below in ((start, "start", False), (end, "leading pole at anal end", True)):
+    for place, text, side in ((start, "start", 1), (end, "end", -1)):
         axes.axhline(place, color=style.GREY, linewidth=0.9, linestyle=":")
         axes.annotate(
             text,
-            (0.99 if not below else 0.01, place),
+            (0.01, place),
             xycoords=("axes fraction", "data"),
-            xytext=(0, 3 if not below else -3),
+            xytext=(0, 3 * side),
             textcoords="offset points",
-            ha="right" if not below else "left",
-            va="bottom" if not below else "top",
+            ha="left",
+            va="bottom" if side > 0 else "top",
             fontsize=8.5,
             color="0.35",
         )
     axes.plot(data.values(result, "time_step"), centre, color=style.BLACK, label="pellet, centre")
     style.axis_down(axes, result, "position (mm)")
     style.time_axis(axes, result)
-    style.mark_expelled(axes, result, height=0.3)
+    style.mark_expelled(axes, result, text_top=0.83)
 
 
 def velocity(axes: Axes, result: Result) -> None:
@@ -46,15 +46,15 @@ def velocity(axes: Axes, result: Result) -> None:
     axes.set_ylabel("velocity (cm/s)")
     style.second_unit(axes, data.FACTORS["cm/s", "mm/s"], "velocity (mm/s)")
     style.time_axis(axes, result)
-    style.mark_expelled(axes, result, text=False)
+    style.mark_expelled(axes, result)
 
 
 def forces(axes: Axes, result: Result) -> None:
     """Axial forces on the pellet."""
     curves = {
         "wall": ("axial_force", style.BLUE, "-"),
-        "viscous friction": ("viscous_force", style.VERMILION, "-"),
-        "dry friction": ("dry_force", style.GREEN, "-"),
+        "viscous": ("viscous_force", style.VERMILION, "-"),
+        "dry": ("dry_force", style.GREEN, "-"),
     }
     time = data.values(result, "time_step")
     axes.axhline(0.0, color=style.GREY, linewidth=0.6)
@@ -63,7 +63,7 @@ def forces(axes: Axes, result: Result) -> None:
     axes.set_ylim(style.finite_range(*(data.values(result, name, "N") for name, _, _ in curves.values()), least=0.02))
     axes.set_ylabel("axial force (N)")
     style.time_axis(axes, result)
-    style.mark_expelled(axes, result, text=False)
+    style.mark_expelled(axes, result)
 
 
 def draw(result: Result) -> Canvas:
@@ -73,12 +73,10 @@ def draw(result: Result) -> Canvas:
     position(panels[0], result)
     velocity(panels[1], result)
     forces(panels[2], result)
-    panels[2].legend(loc="lower left", ncols=3)
+    style.legend_above(panels[2])
     for axes in panels[:-1]:
         axes.set_xlabel("")
-    style.letters(
-        panels, ("position of the centre", "velocity", "axial forces on the pellet (anal direction positive)")
-    )
+    style.letters(panels, ("position of the centre", "velocity", "axial force of the wall, viscous and dry friction"))
     return figure
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from ...result import Result
 
-PRESSURE_HEIGHT = 5.0
+PRESSURE_HEIGHT = 4.0
 """Height of the band that shows the largest contact pressure of the run [mm]."""
 
 
@@ -47,7 +47,12 @@ def segment_values(nodes: Floats) -> Floats:
 def height(result: Result) -> float:
     """Half height of a panel [mm]: the widest wall or pellet, and the band of contact pressure."""
     widest = float(data.values(result, "radius", "mm").max())
-    return widest + 2.0 + (PRESSURE_HEIGHT if data.has_pellet(result) else 0.0)
+    return widest + 1.5 + (PRESSURE_HEIGHT if data.has_pellet(result) else 0.0)
+
+
+def largest_pressure(result: Result) -> float:
+    """Largest stored contact pressure of the run [kPa], at least 0.1."""
+    return max(0.1, float(np.nan_to_num(data.values(result, "contact_pressure")).max()))
 
 
 def panel(axes: Axes, result: Result, frame: int, cmap: Colormap, norm: Any) -> Any:
@@ -64,7 +69,7 @@ def panel(axes: Axes, result: Result, frame: int, cmap: Colormap, norm: Any) -> 
         )
         axes.plot([centre], [0.0], "+", color="0.3", markersize=5, markeredgewidth=0.9)
         _pressure_band(axes, result, frame, centre)
-    wall = LineCollection(list(segments(axial, radius)), cmap=cmap, norm=norm, linewidths=2.2, capstyle="round")
+    wall = LineCollection(list(segments(axial, radius)), cmap=cmap, norm=norm, linewidths=2.0, capstyle="round")
     wall.set_array(segment_values(data.values(result, "tension_circumferential", "N/cm")[frame]))
     axes.add_collection(wall)
     axes.set_aspect("equal")
@@ -77,38 +82,46 @@ def panel(axes: Axes, result: Result, frame: int, cmap: Colormap, norm: Any) -> 
 def _pressure_band(axes: Axes, result: Result, frame: int, centre: float) -> None:
     """Contact pressure as a band outside the wall, along the normal of the pellet."""
     pressure = np.nan_to_num(data.values(result, "contact_pressure")[frame])
-    touching = pressure > 0.0
-    largest = max(0.1, float(np.nanmax(data.values(result, "contact_pressure"))))
-    if touching.sum() < 2:
-        return
-    axial = data.values(result, "axial_position", "mm")[frame][touching]
-    radius = data.values(result, "radius", "mm")[frame][touching]
-    distance = np.hypot(axial - centre, radius)
-    out = PRESSURE_HEIGHT * pressure[touching] / largest
-    along, up = (axial - centre) / distance, radius / distance
-    for side in (1.0, -1.0):
-        axes.fill(
-            np.concatenate([axial, (axial + out * along)[::-1]]),
-            side * np.concatenate([radius, (radius + out * up)[::-1]]),
-            facecolor=style.SKY,
-            edgecolor=style.BLUE,
-            linewidth=0.6,
-        )
+    touching = np.flatnonzero(pressure > 0.0)
+    for part in np.split(touching, np.flatnonzero(np.diff(touching) > 1) + 1):
+        if part.size < 2:
+            continue
+        axial = data.values(result, "axial_position", "mm")[frame][part]
+        radius = data.values(result, "radius", "mm")[frame][part]
+        distance = np.hypot(axial - centre, radius)
+        out = PRESSURE_HEIGHT * pressure[part] / largest_pressure(result)
+        along, up = (axial - centre) / distance, radius / distance
+        for side in (1.0, -1.0):
+            axes.fill(
+                np.concatenate([axial, (axial + out * along)[::-1]]),
+                side * np.concatenate([radius, (radius + out * up)[::-1]]),
+                facecolor=style.SKY,
+                edgecolor=style.BLUE,
+                linewidth=0.5,
+            )
 
 
 def draw(result: Result, times: Sequence[float] | None = None) -> Canvas:
     """The tube at `times` [s], by default at six of even spacing over the run."""
     frames = data.spread_frames(result, 6) if times is None else data.frames_at(result, times)
     cmap, norm = tension_colours(result)
-    figure = style.canvas(result, 0.9 + len(frames) * (0.35 + 0.125 * height(result)), "Shape of the tube")
-    panels = list(figure.subplots(len(frames), 1, sharex=True, squeeze=False)[:, 0])
+    rows = (len(frames) + 1) // 2
+    tall = 2.0 * height(result) / data.length(result) * 3.3
+    figure = style.canvas(result, 1.35 + rows * (0.34 + tall), "Shape of the tube")
+    figure.get_layout_engine().set(wspace=0.06)  # the ends' labels of neighbours must not touch
+    grid = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
+    panels = list(grid.ravel()[: len(frames)])
+    for spare in grid.ravel()[len(frames) :]:
+        spare.set_axis_off()
     stored = data.values(result, "time")
     for axes, frame in zip(panels, frames, strict=True):
         wall = panel(axes, result, frame, cmap, norm)
-    panels[-1].set_xlabel("axial position (mm)")
-    figure.supylabel("radius (mm)", fontsize=9.5)
+    for axes in grid[-1]:
+        axes.set_xlabel("axial position (mm)")
+    for axes in grid[:, 0]:
+        axes.set_ylabel("radius (mm)")
     style.letters(panels, [f"t = {stored[frame]:.2f} s" for frame in frames])
-    bar = figure.colorbar(wall, ax=panels, aspect=40, pad=0.015, fraction=0.05)
+    bar = figure.colorbar(wall, ax=list(grid.ravel()), location="bottom", aspect=50, pad=0.02, fraction=0.05)
     bar.set_label("circumferential tension (N/cm)")
     if data.has_pellet(result):
         _pressure_scale(panels[0], result)
@@ -117,23 +130,22 @@ def draw(result: Result, times: Sequence[float] | None = None) -> Canvas:
 
 def _pressure_scale(axes: Axes, result: Result) -> None:
     """How high the band of contact pressure is, at the anal end of the first panel."""
-    largest = max(0.1, float(np.nanmax(data.values(result, "contact_pressure"))))
+    largest = largest_pressure(result)
     size = next(size for size in (100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1) if size <= largest)
-    x, y = 0.66 * data.length(result), height(result) - 1.2
-    tall = PRESSURE_HEIGHT * size / largest
-    axes.fill(
-        [x, x + 2.5, x + 2.5, x], [y, y, y - tall, y - tall], facecolor=style.SKY, edgecolor=style.BLUE, linewidth=0.6
-    )
-    axes.text(x + 4.0, y - 0.5 * tall, f"contact pressure {size:g} kPa", va="center", fontsize=8.5)
+    right, bottom = 0.97 * data.length(result), height(result) - PRESSURE_HEIGHT - 0.7
+    left, top = right - 0.02 * data.length(result), bottom + PRESSURE_HEIGHT * size / largest
+    corners = [left, right, right, left], [bottom, bottom, top, top]
+    axes.fill(*corners, facecolor=style.SKY, edgecolor=style.BLUE, linewidth=0.5)
+    axes.text(left - 2.0, 0.5 * (bottom + top), f"contact pressure {size:g} kPa", ha="right", va="center", fontsize=8.5)
 
 
 FIGURE = Figure(
     name="wall_shapes",
     title="Shape of the tube",
     caption=(
-        "The tube cut along its axis at several times, oral end at the left, all lengths to the same scale. Colour of "
-        "the wall: total circumferential tension (square-root scale). Grey disc: the pellet. Blue band outside the "
-        "wall: contact pressure between wall and pellet; its height along the normal of the pellet is to the scale in "
+        "The tube cut along its axis at several times, oral end at the left, both directions to the same scale. "
+        "Colour of the wall: total circumferential tension (square-root scale). Grey disc: the pellet. Blue band outside "
+        "the wall: contact pressure between wall and pellet; its height along the normal of the pellet is to the scale in "
         "the first panel."
     ),
     draw=draw,

@@ -1,0 +1,229 @@
+"""The report from made-up records: tables, figures, the page, and the command that writes them."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from peristalsis.cli import paper_command
+from peristalsis.cli.paper_command import PaperOrder, carry_out_order, paper
+from peristalsis.cli.streams import Screen
+from peristalsis.errors import ConfigurationError, WriteError
+from peristalsis.paper import measure as measures
+from peristalsis.paper.experiments import Bench, Condition, Outcome, carry_out
+from peristalsis.paper.figures import FIGURES
+from peristalsis.paper.measure import FIELDS
+from peristalsis.paper.report import scores_of, write_report
+from peristalsis.paper.runs import RUNS
+from peristalsis.paper.searches import SEARCHES
+from peristalsis.paper.tables import all_tables, matrix, numbers
+from peristalsis.studies.sweep import Record
+from peristalsis.studies.threshold import Point, Threshold
+
+
+def record(transit: float = 2.4) -> Record:
+    """A pellet in uniform motion, with all that a figure may ask for."""
+    time = np.linspace(0.0, transit, 30)
+    wall = np.linspace(0.0, 10.0, 41)
+    arrays: dict[str, Any] = {"time_step": time, "time": time[::5], "z": wall}
+    arrays |= {name: np.linspace(1.2, 9.1, 30) for name in ("pellet_position", "pellet_velocity", "circular_force")}
+    arrays |= {name: np.ones((6, 41)) for name in FIELDS} | {"axial_position": np.tile(wall, (6, 1))}
+    found = {
+        "status": "expelled",
+        "error": None,
+        "transit_s": transit,
+        "travel_cm": 7.9,
+        "mean_velocity_cm_s": 7.9 / transit,
+        "simulated_s": transit,
+        "irregularity": 0.2,
+        "stops": 0,
+        "mixing": 0.2,
+    }
+    return Record(found, arrays)
+
+
+def outcome(reading: str = "tight") -> Outcome:
+    """One condition with every run, one of them refused, and every threshold."""
+    records = {name: record() for name in RUNS}
+    records["fig7c"] = Record({"status": "refused", "error": "the tube <cannot> hold this pellet"})
+    measured: dict[str, Any] = {name: one.numbers for name, one in records.items()}
+    points = (Point(1.0, False), Point(2.0, True))
+    thresholds = {name: Threshold(1.0, 2.0, points, ((1.0, 2.0),)) for name in SEARCHES}
+    for name in SEARCHES:
+        measured[name] = {"status": "finished", "threshold": 1.5}
+    share = {"status": "finished"} | {
+        f"{factor}{end}": 0.5 for factor in ("viscous", "dry") for end in ("", "_low", "_high")
+    }
+    measured |= {"equal_percentages": share, "paper_ranges": share}
+    return Outcome(Condition(reading), records, thresholds, measured)
+
+
+def test_the_matrix_has_every_claim_and_every_reading() -> None:
+    outcomes = [outcome("tight"), outcome("stretched"), outcome("printed")]
+    table = matrix(scores_of(outcomes))
+    assert table.columns[-3:] == ("tight", "stretched", "printed")
+    assert [row[0] for row in table.rows] == [*(str(number) for number in range(1, 31)), "–"]
+    assert table.rows[-1][4].startswith("not testable")
+    assert "r0 = 0.6 faster (not testable)" in "".join(table.rows[20])
+    assert table.rows[0][3].startswith("calibrated")
+
+
+def test_chosen_and_calibrated_numbers_come_from_the_parameters() -> None:
+    calibrated, chosen = numbers("calibrated"), numbers("chosen")
+    assert {row[0] for row in calibrated.rows} == {"longitudinal.conductivity_scale", "circular.conductivity_scale"}
+    assert ("pellet.radius", "tight") in {row[:2] for row in chosen.rows}
+    assert ("wall.c10", "tight") in {row[:2] for row in chosen.rows}
+
+
+def test_the_page_is_self_contained_and_escaped(tmp_path: Path) -> None:
+    page = write_report([outcome(), outcome("printed")], tmp_path)
+    text = page.read_text(encoding="utf-8")
+    assert not re.findall(r'(?:src|href)="(?!data:)', text)
+    pictures = re.findall(r'src="data:image/png;base64,([^"]+)"', text)
+    assert len(pictures) == len(FIGURES)
+    assert all(base64.b64decode(one).startswith(b"\x89PNG") for one in pictures)
+    assert "&lt;cannot&gt;" in text
+    assert "<cannot>" not in text
+    for number in range(1, 8):
+        assert f"Fig. {number}: " in text
+
+
+def test_every_table_and_figure_is_a_file(tmp_path: Path) -> None:
+    outcomes = [outcome()]
+    write_report(outcomes, tmp_path)
+    for table in all_tables(outcomes, scores_of(outcomes)):
+        with (tmp_path / f"{table.name}.csv").open(newline="", encoding="utf-8") as file:
+            rows = list(csv.reader(file))
+        assert rows == [list(table.columns), *(list(row) for row in table.rows)]
+    for figure in FIGURES:
+        assert (tmp_path / f"{figure.name}.png").is_file()
+        assert (tmp_path / f"{figure.name}.svg").is_file()
+
+
+def test_one_figure_alone(tmp_path: Path) -> None:
+    drawn = write_report([outcome()], tmp_path, only="3")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["fig3.png", "fig3.svg"]
+    assert drawn.name == "fig3.png"
+
+
+def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(WriteError, match="choose another folder"):
+        write_report([outcome()], tmp_path / "file" / "report", only="2")
+
+
+def test_a_refused_run_has_a_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fig. 7 C under `stretched` is refused; nothing is run for it."""
+    seen: list[str] = []
+
+    def made(configurations, *_: Any) -> dict[str, Record]:
+        seen.extend(configurations)
+        return {name: record() for name in configurations}
+
+    monkeypatch.setattr("peristalsis.paper.experiments.sweep", made)
+    found = carry_out(Bench(tmp_path), Condition("stretched"), ["fig7a", "fig7c"], searches=False)
+    assert seen == ["fig7a"]
+    assert found.measured["fig7c"]["status"] == "refused"
+
+
+def test_searches_and_sensitivities_become_metrics(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Arrest above 9 kPa, below a ratio of 1.05 and above 700 mN; mean velocity falls with viscous friction alone."""
+
+    def one(configuration) -> Record:
+        pellet = configuration.pellet
+        arrested = (
+            configuration.lumen.pressure > 9.0
+            or pellet.radius < 1.05 * configuration.wall.radius
+            or pellet.dry_friction > 700.0
+        )
+        made = record(pellet.viscous_friction / 100.0)
+        more: dict[str, Any] = {"inflated_ratio": pellet.radius / (1.03 * configuration.wall.radius)}
+        more |= {"mean_velocity_cm_s": 790.0 / pellet.viscous_friction}
+        if arrested:
+            more |= {"status": "arrested", "transit_s": None}
+        return Record({**made.numbers, **more})
+
+    monkeypatch.setattr(
+        "peristalsis.paper.experiments.sweep", lambda configurations, *_: {n: one(c) for n, c in configurations.items()}
+    )
+    found = carry_out(Bench(tmp_path), Condition("tight"), [], searches=True)
+    assert found.measured["pressure_of_arrest"]["threshold"] == pytest.approx(9.0, rel=0.02)
+    assert found.measured["ratio_of_arrest"]["threshold"] == pytest.approx(1.05, rel=0.02)
+    assert found.measured["ratio_of_arrest"]["threshold_inflated"] == pytest.approx(1.05 / 1.03, rel=0.02)
+    assert found.measured["dry_friction_of_arrest"]["threshold"] == pytest.approx(700.0, rel=0.02)
+    assert found.measured["equal_percentages"]["viscous_low"] == pytest.approx(1.0)
+    assert found.measured["equal_percentages"]["dry_high"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_force_that_rises_throughout_has_no_setback() -> None:
+    position, rising = np.linspace(0.0, 8.0, 201), np.linspace(1.0, 3.0, 201)
+    rise, setback = measures.force_course(position, rising)
+    assert rise == pytest.approx(2.9 / 1.1, rel=0.01)
+    assert setback == 0.0
+    fallen = np.where(position > 4.0, rising - 1.0, rising)
+    assert measures.force_course(position, fallen)[1] == pytest.approx(1.0 / fallen[10:191].max(), rel=0.05)
+    assert measures.force_course(np.zeros(201), rising) == (None, None)
+
+
+def test_the_anal_end_is_active_only_where_it_pulls() -> None:
+    z = np.linspace(0.0, 10.0, 101)
+    pull = np.zeros((3, 101, 1))
+    pull[1, 50] = 10.0
+    assert measures.anal_active_share(z, pull, np.zeros_like(pull)) == 0.0
+    pull[2, -1] = 4.0
+    assert measures.anal_active_share(z, pull, np.zeros_like(pull)) == pytest.approx(0.4)
+    assert measures.anal_active_share(z, np.zeros_like(pull), np.zeros_like(pull)) is None
+
+
+def test_ends_that_move_are_seen() -> None:
+    axial = np.tile(np.linspace(0.0, 10.0, 11)[None, :, None], (3, 1, 1))
+    assert measures.end_displacement(axial, np.ones_like(axial)) == 0.0
+    axial[2, -1] += 0.25
+    assert measures.end_displacement(axial, np.ones_like(axial)) == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [({"figure": "8"}, "figures 1 to 7"), ({"reading": "tigth"}, "did you mean tight"), ({"workers": 0}, "1 to 64")],
+)
+def test_bad_options_are_refused_with_a_fix(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(ConfigurationError, match=words):
+        paper(**{"figure": None, "reading": "tight", "workers": 1, "out": "x", "coarse": False, **options})
+
+
+def test_the_command_runs_scores_and_writes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = []
+
+    def made(bench: Bench, condition: Condition, names: Any, searches: bool) -> Outcome:
+        asked.append((condition.reading, dict(condition.variant), names, searches))
+        return outcome(condition.reading)
+
+    monkeypatch.setattr("peristalsis.paper.experiments.carry_out", made)
+    order = PaperOrder(None, "all", 1, tmp_path, coarse=False)
+    assert carry_out_order(order, Screen(json=True)) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert set(answer["verdicts"]) == {"tight", "stretched", "printed"}
+    assert set(answer["verdicts"]["tight"]) == {str(number) for number in range(1, 31)}
+    assert Path(answer["written"]).is_file()
+    assert [one[0] for one in asked] == ["tight", "stretched", "printed"]
+    assert carry_out_order(PaperOrder("4", "tight", 1, tmp_path, coarse=True), Screen(json=False)) == 0
+    reading, variant, names, searches = asked[-1]
+    assert (reading, searches) == ("tight", False)
+    assert set(names) == {"fig4a", "fig4b", "fig4c", "fig4d"}
+    assert "grid.n_z" in variant
+
+
+def test_importing_the_command_is_light() -> None:
+    """The options are parsed before anything heavy is loaded."""
+    source = Path(paper_command.__file__).read_text(encoding="utf-8")
+    top = [line for line in source.splitlines() if line.startswith(("import ", "from "))]
+    assert not any(word in line for line in top for word in ("paper.", "studies", "numpy", "matplotlib"))
