@@ -750,10 +750,10 @@ def _check(config: Configuration) -> None:
     _check_steps(config)
     if config.protocols:
         _check_protocols(config)
-    _check_places(config)
-    _check_control(config)
     if config.pellet.enabled:
         _check_pellet(config)
+    _check_places(config)
+    _check_control(config)
 
 
 def _check_protocols(config: Configuration) -> None:
