@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import csv
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 import peristalsis as ps
 from peristalsis.errors import ConfigurationError
+from peristalsis.model.model import ACTIVATION_LEVEL
 from peristalsis.plots import Plots, data
 from peristalsis.plots.export import export_csv
+from peristalsis.plots.figures import currents, force_budget
 from peristalsis.plots.film import ffmpeg
 
 SMALL = {"grid.n_z": 300, "grid.n_z_wall": 100, "run.duration": "0.3 s"}
@@ -34,6 +39,25 @@ def test_every_figure_draws(run: ps.Result, name: str) -> None:
     figure = run.plot.draw(name)
     assert figure.axes
     assert run.plot.caption(name)
+    figure.draw_without_rendering()
+    outline = figure.get_tightbbox()  # inches; what lies outside the page is cut off
+    width, height = figure.get_size_inches()
+    assert outline.x0 > -0.02
+    assert outline.y0 > -0.02
+    assert outline.x1 < width + 0.02
+    assert outline.y1 < height + 0.02
+
+
+@pytest.mark.parametrize("name", ["overview", "track", "force_budget", "currents"])
+def test_legends_above_a_panel_keep_off_its_title(run: ps.Result, name: str) -> None:
+    figure = run.plot.draw(name)
+    figure.draw_without_rendering()
+    legends = [(axes, axes.get_legend()) for axes in figure.axes if axes.get_legend() is not None]
+    assert legends
+    for axes, legend in legends:
+        title = axes.get_title(loc="left")
+        box = next(text for text in axes.texts + axes.findobj(Text) if text.get_text() == title).get_window_extent()
+        assert not title or not box.overlaps(legend.get_window_extent())
 
 
 @pytest.mark.parametrize("name", Plots.names())
@@ -66,6 +90,7 @@ def test_diameter_map_shows_the_recorded_diameters(run: ps.Result) -> None:
     mesh = run.plot.diameter_map().axes[0].collections[0]
     assert np.array_equal(np.asarray(mesh.get_array()).reshape(place.size, time.size), diameter.T)
     assert 0.1 * diameter.min() == pytest.approx(2.0 * run.arrays["radius"].min(), rel=2e-3)
+    assert 0.1 * diameter.min() == pytest.approx(run.summary["min_diameter_cm"], rel=1e-2)
     assert diameter.max() == pytest.approx(20.0 * run.configuration.pellet.radius, rel=2e-3)
 
 
@@ -75,6 +100,55 @@ def test_track_is_the_recorded_track(run: ps.Result) -> None:
     assert np.array_equal(line.get_ydata(), 10.0 * run.arrays["pellet_position"])
     low, high = axes.get_ylim()
     assert low > high  # the oral end is at the top
+
+
+def test_pellet_poles_are_a_radius_from_the_track(run: ps.Result) -> None:
+    lines = run.plot.diameter_map().axes[0].lines
+    centre, oral, anal = (np.asarray(line.get_ydata()) for line in lines)
+    radius = 10.0 * run.configuration.pellet.radius
+    assert np.allclose(centre - oral, radius)
+    assert np.allclose(anal - centre, radius)
+
+
+def test_forces_on_the_pellet_cancel(run: ps.Result) -> None:
+    """Contact, viscous and dry friction add up to nothing: to rounding, of forces of tens of mN."""
+    assert np.abs(run.arrays["axial_force"]).max() > 10.0
+    assert np.abs(force_budget.total(run)).max() < 1e-9
+
+
+def test_currents_are_those_the_cell_had(run: ps.Result) -> None:
+    """At rest, before the wave arrives at the probe, the five currents cancel in both layers."""
+    for layer in ("longitudinal", "circular"):
+        flows = currents.currents_at(run, layer)
+        assert set(flows) == {*currents.LARGE, *currents.SMALL}
+        assert abs(sum(flow[0] for flow in flows.values())) < 1e-6 * abs(flows["leak"][0])
+    with pytest.raises(ConfigurationError, match=r"output\.probes"):
+        run.plot.currents(probe=1)
+
+
+def test_contact_map_lies_within_the_recorded_edges(run: ps.Result) -> None:
+    """What is coloured is the contact band, and its largest value is the recorded one."""
+    _, place, pressure = data.contact_map(run)
+    band = data.at_frames(run, "contact_end", "mm") - data.at_frames(run, "contact_start", "mm")
+    element = 10.0 * run.configuration.wall.length / run.configuration.grid.n_z_wall
+    coloured = (pressure > 0.0).sum(axis=1) * (place[1] - place[0])
+    assert np.all(np.abs(coloured - band) < 4.0 * element)
+    assert pressure.max() == pytest.approx(np.max(run.arrays["contact_pressure"]), rel=0.05)
+
+
+def test_caption_names_the_level_of_activation(run: ps.Result) -> None:
+    level = f"{ACTIVATION_LEVEL:g}".replace("-", "\N{MINUS SIGN}")
+    assert f"rise through {level} mV" in run.plot.caption("potential_maps")
+
+
+def test_folds_of_the_wall_leave_the_map_defined(run: ps.Result) -> None:
+    """Where the wall runs backwards the interpolation skips it rather than failing or inventing values."""
+    places = run.arrays["axial_position"].copy()
+    places[:, 50] = places[:, 48]
+    folded = replace(run, arrays={**run.arrays, "axial_position": places})
+    _, _, diameter = data.diameter_map(folded)
+    assert diameter.min() >= 20.0 * run.arrays["radius"].min()
+    assert diameter.max() <= 20.0 * run.arrays["radius"].max()
 
 
 def test_manometry_reads_the_lumen_where_nothing_touches(run: ps.Result) -> None:
@@ -92,6 +166,19 @@ def test_save_writes_what_was_asked_for(run: ps.Result, tmp_path: Path) -> None:
     )
     assert sorted(tmp_path.iterdir()) == sorted(files)
     assert all(file.stat().st_size > 1000 for file in files)
+
+
+def test_pictures_carry_their_caption(run: ps.Result, tmp_path: Path) -> None:
+    from PIL import Image
+
+    (file,) = run.plot.save(tmp_path, ["energy"])
+    with Image.open(file) as picture:
+        assert picture.info["Description"] == run.plot.caption("energy")
+
+
+def test_listing_the_figures_loads_no_matplotlib() -> None:
+    code = "import sys; from peristalsis.plots import Plots; Plots.names(); sys.exit('matplotlib' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_unknown_names_are_refused(run: ps.Result, tmp_path: Path) -> None:
@@ -113,6 +200,7 @@ def test_film_has_its_frames_and_they_differ(run: ps.Result, tmp_path: Path) -> 
         first = np.asarray(film.convert("RGB"))
         film.seek(6)
         assert (np.asarray(film.convert("RGB")) != first).any()
+        assert tuple(first[0, 0]) == (255, 255, 255)
     assert [file.name for file in tmp_path.iterdir()] == ["film.gif"]
 
 

@@ -145,7 +145,7 @@ def _write_gif(pictures: list[Image.Image], path: Path, rate: int) -> None:
 
     palette = pictures[len(pictures) // 2].quantize(colors=128, method=Image.Quantize.MEDIANCUT)
     colours = np.array(palette.getpalette()).reshape(-1, 3)
-    colours[colours.sum(axis=1).argmax()] = 255  # averaging leaves the background a shade below white
+    colours[colours.min(axis=1) > 240] = 255  # else the background comes out a shade below white
     palette.putpalette(colours.ravel().tolist())
     frames = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     lengths = [round(1000 / rate)] * (len(frames) - 1) + [1500]

@@ -103,13 +103,16 @@ def _pressure_band(axes: Axes, result: Result, frame: int, centre: float) -> Non
 
 def draw(result: Result, times: Sequence[float] | None = None) -> Canvas:
     """The tube at `times` [s], by default at six of even spacing over the run."""
+    from matplotlib.ticker import MaxNLocator
+
     frames = data.spread_frames(result, 6) if times is None else data.frames_at(result, times)
     cmap, norm = tension_colours(result)
-    rows = (len(frames) + 1) // 2
-    tall = 2.0 * height(result) / data.length(result) * 3.3
+    columns = min(2, len(frames))
+    rows = -(-len(frames) // columns)
+    tall = 2.0 * height(result) / data.length(result) * 6.6 / columns
     figure = style.canvas(result, 1.35 + rows * (0.34 + tall), "Shape of the tube")
     figure.get_layout_engine().set(wspace=0.06)  # the ends' labels of neighbours must not touch
-    grid = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     panels = list(grid.ravel()[: len(frames)])
     for spare in grid.ravel()[len(frames) :]:
         spare.set_axis_off()
@@ -122,6 +125,7 @@ def draw(result: Result, times: Sequence[float] | None = None) -> Canvas:
         axes.set_ylabel("radius (mm)")
     style.letters(panels, [f"t = {stored[frame]:.2f} s" for frame in frames])
     bar = figure.colorbar(wall, ax=list(grid.ravel()), location="bottom", aspect=50, pad=0.02, fraction=0.05)
+    bar.locator = MaxNLocator(6)
     bar.set_label("circumferential tension (N/cm)")
     if data.has_pellet(result):
         _pressure_scale(panels[0], result)
@@ -144,9 +148,9 @@ FIGURE = Figure(
     title="Shape of the tube",
     caption=(
         "The tube cut along its axis at several times, oral end at the left, both directions to the same scale. "
-        "Colour of the wall: total circumferential tension (square-root scale). Grey disc: the pellet. Blue band outside "
-        "the wall: contact pressure between wall and pellet; its height along the normal of the pellet is to the scale in "
-        "the first panel."
+        "Colour of the wall: total circumferential tension (square-root scale). Grey disc: the pellet. Blue band "
+        "outside the wall: contact pressure between wall and pellet; its height along the normal of the pellet is to "
+        "the scale in the first panel."
     ),
     draw=draw,
 )
