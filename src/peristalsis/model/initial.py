@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +24,8 @@ Floats = NDArray[np.float64]
 
 END_LAYER = 0.3
 """Length over which the first guess of the inflated tube leaves its clamped ends [cm]."""
+GENTLE_PRESSURE = 20.0
+"""Pressure at which inflation begins [mN/cm^2], unless p0 is lower."""
 
 
 def initial_state(model: Model) -> tuple[Model, State, list[str]]:
@@ -109,11 +112,12 @@ def _inflate_and_insert(model: Model) -> tuple[Floats, Floats, Floats, float]:
     fixed, none, still = np.zeros((2, n)), np.zeros(n), np.zeros((2, n))
     passive = np.zeros(2 * n - 2)
 
-    def settle(radius: float) -> int:
+    def settle(radius: float, constant: float = pressure) -> int:
         """Equilibrium with a pellet of this radius held in place (none if 0) at constant pressure."""
+        scalars[0] = constant
         pellet = model.pellet._replace(present=radius > 0.0, radius=max(radius, 1e-3), frame=0.0, volume=0.0)
         step = Step(0.0, False, model.start_position, 0.0)
-        lumen = LumenConstants(pressure, 1.0, 0.0)
+        lumen = LumenConstants(constant, 1.0, 0.0)
         code: int = solve_equilibrium(
             rho,
             zeta,
@@ -136,26 +140,35 @@ def _inflate_and_insert(model: Model) -> tuple[Floats, Floats, Floats, float]:
         )[0]
         return code
 
+    arrays = (rho, zeta, contact, scalars)
     if pressure > 0.0:
-        rho += (_inflated_radius(model) - wall.radius) * (
+        gentle = min(pressure, GENTLE_PRESSURE)
+        rho += (_inflated_radius(model, gentle) - wall.radius) * (
             1.0 - np.exp(-nodes / END_LAYER) - np.exp(-(nodes[-1] - nodes) / END_LAYER)
         )
         rho[0] = rho[-1] = wall.radius
-        code = settle(0.0)
-        if code != CONVERGED:
+        reached, code = _continue(lambda value: settle(0.0, value), arrays, gentle, pressure, gentle)
+        if reached < pressure:
             raise DivergenceError(
-                f"the tube finds no equilibrium at lumen.pressure = {pressure / 100.0:g} kPa ({REASONS[code]}); "
-                "lower the pressure or refine grid.n_z_wall"
+                f"the tube finds no equilibrium beyond {reached / 100.0:.4g} kPa on the way to lumen.pressure = "
+                f"{pressure / 100.0:g} kPa ({REASONS[code]}); lower the pressure or refine grid.n_z_wall"
             )
     free = rho.copy()
     if model.pellet.present:
-        _insert(model, free, settle, (rho, zeta, contact, scalars))
+        target = model.pellet.radius
+        start = min(target, float(free.max()) - 1e-3)
+        reached, code = _continue(settle, arrays, start, target, 0.02)
+        if reached < target:
+            raise DivergenceError(
+                f"the tube cannot hold this pellet: no equilibrium beyond a radius of {max(reached, 0.0):.4g} cm on "
+                f"the way to pellet.radius = {target:g} cm ({REASONS[code]}); use a smaller pellet or a wider tube"
+            )
     return free, np.stack([rho, zeta], axis=1), contact, float(scalars[2])
 
 
-def _inflated_radius(model: Model) -> float:
-    """Radius of the long passive tube at p0 and longitudinal stretch 1: T_c = p rho (Laplace), Eq. (1)."""
-    wall, pressure = model.wall, model.lumen.pressure
+def _inflated_radius(model: Model, pressure: float) -> float:
+    """Radius of the long passive tube at a pressure and longitudinal stretch 1: T_c = p rho (Laplace), Eq. (1)."""
+    wall = model.wall
 
     def excess(stretch: float) -> float:
         return float(passive_tension(1.0, stretch, wall.passive)[1] - pressure * wall.radius * stretch)
@@ -165,31 +178,35 @@ def _inflated_radius(model: Model) -> float:
         high += 0.05
         if high > 4.0:
             raise DivergenceError(
-                f"no inflated tube at lumen.pressure = {pressure / 100.0:g} kPa: the passive wall cannot hold it"
+                f"no inflated tube at lumen.pressure = {model.lumen.pressure / 100.0:g} kPa: the passive wall cannot hold it"
             )
     return wall.radius * float(brentq(excess, 1.0, high))
 
 
-def _insert(model: Model, free: Floats, settle, arrays: tuple[Floats, ...]) -> None:  # type: ignore[no-untyped-def]
-    """Grow the pellet from just below the free radius to its own, in steps that shrink where they fail."""
-    target = model.pellet.radius
-    radius = min(target, float(free.max()) - 1e-3)
-    reached = float(free.min())
-    step = 0.02
-    kept = [a.copy() for a in arrays]
-    code = settle(radius)
-    while code != CONVERGED or radius < target:
+def _continue(
+    settle: Callable[[float], int], arrays: tuple[Floats, ...], start: float, target: float, step: float
+) -> tuple[float, int]:
+    """Settle at `start`, then at growing values up to `target`, in steps that shrink where they fail.
+
+    arrays: what `settle` works on, put back after a failure. Returns the value reached, minus infinity if not even
+    the start was, and the last code of the solver.
+    """
+    least = 1e-4 * step
+    kept = [array.copy() for array in arrays]
+    reached, value = -np.inf, start
+    while True:
+        code = settle(value)
         if code == CONVERGED:
-            kept = [a.copy() for a in arrays]
-            reached = radius
-        else:
-            for a, b in zip(arrays, kept, strict=True):
-                a[:] = b
-            step *= 0.5
-            if step < 1e-5:
-                raise DivergenceError(
-                    f"the tube cannot hold this pellet: no equilibrium beyond a radius of {reached:.4g} cm on "
-                    f"the way to pellet.radius = {target:g} cm ({REASONS[code]}); use a smaller pellet or wider tube"
-                )
-        radius = min(target, (reached if code != CONVERGED else radius) + step)
-        code = settle(radius)
+            kept = [array.copy() for array in arrays]
+            reached = value
+            if reached >= target:
+                return target, code
+            value = min(target, reached + step)
+            step *= 1.2
+            continue
+        for array, good in zip(arrays, kept, strict=True):
+            array[:] = good
+        step *= 0.4
+        if not np.isfinite(reached) or step < least:
+            return reached, code
+        value = min(target, reached + step)
