@@ -65,6 +65,6 @@ def test_high_pressure_is_reached_by_continuation(pressure: str) -> None:
     middle = model.grid.n_z_wall // 2
     stretch = model.free_radius[middle] / model.wall.radius
     tension = passive_tension(1.0, stretch, model.wall.passive)[1]
-    assert 1.5 < stretch < 2.0
+    assert 1.35 < stretch < 1.5
     assert tension == pytest.approx(model.lumen.pressure * model.free_radius[middle], rel=0.05)
     assert np.isfinite(state.wall.position).all()

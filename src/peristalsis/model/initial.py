@@ -178,7 +178,8 @@ def _inflated_radius(model: Model, pressure: float) -> float:
         high += 0.05
         if high > 4.0:
             raise DivergenceError(
-                f"no inflated tube at lumen.pressure = {model.lumen.pressure / 100.0:g} kPa: the passive wall cannot hold it"
+                f"no inflated tube at lumen.pressure = {model.lumen.pressure / 100.0:g} kPa: the passive wall cannot "
+                "hold it; lower the pressure"
             )
     return wall.radius * float(brentq(excess, 1.0, high))
 
