@@ -63,8 +63,9 @@ def main() -> None:
     )
     text = "# Drivers and layers switched off and on\n\nMade by `python evidence/switches.py`.\n\n" + table(head, rows)
     text += (
-        "\nWithout the trigger or without the receptors little changes (less than 5 %): either alone starts the circular "
-        "layer within 0.1 s, and from there on the layer conducts by itself. Both off, nothing moves (pacemaker alone).\n"
+        "\nWithout the trigger or without the receptors little changes (less than 5 %): either alone starts the "
+        "circular layer within 0.1 s, and from there on the layer conducts by itself. Both off, nothing moves "
+        "(pacemaker alone).\n"
     )
     save_text("switches.md", text + "\n![diameter maps](switches.png)\n")
     diameter_maps("switches.png", results, columns=3)
