@@ -22,14 +22,14 @@ CASES = {
     "conduction step / 2 (0.125 ms)": {"step.conduction": "0.125 ms"},
     "wall step x 2 (4 ms)": {"step.wall": "4 ms"},
     "wall step / 2 (1 ms)": {"step.wall": "1 ms"},
-    "all halved but the conduction step (finest)": FINEST,
+    "all four refined (finest)": FINEST,
 }
 
 
 def main() -> None:
     """Run the cases and write the table."""
     results = run_all({label: ("baseline", changes) for label, changes in CASES.items()})
-    finest = results["all halved but the conduction step (finest)"]
+    finest = results["all four refined (finest)"]
     rows = []
     for label, result in results.items():
         summary = result.summary
