@@ -8,6 +8,8 @@ import typer
 
 from .dispatch import Job
 from .inputs import Input
+from .paper_command import EXAMPLES as PAPER_EXAMPLES
+from .paper_command import paper
 
 EXIT_CODES = (
     "Exit codes: 0 finished, whatever the pellet did; 1 a check ran and failed; 2 bad input; "
@@ -42,6 +44,7 @@ EXAMPLES = {
         "peristalsis compare out/baseline out/thin",
         "peristalsis compare out/baseline out/thin out/reflex_only --out out/compared",
     ),
+    "paper": PAPER_EXAMPLES,
     "version": ("peristalsis version",),
 }
 """Examples of the help texts, by command; the tests run them."""
@@ -276,6 +279,9 @@ def compare_(
     from .stored import compare
 
     return Job(lambda screen: compare(runs, out, overwrite, screen))
+
+
+app.command("paper", epilog=_epilog("paper"))(paper)
 
 
 @app.command("version", epilog=_epilog("version"))

@@ -36,6 +36,7 @@ class PaperOrder:
     out: Path
     coarse: bool
     searches: bool = True
+    periodic: bool = False
 
     def readings(self) -> tuple[str, ...]:
         """The readings that are meant."""
@@ -57,6 +58,10 @@ def paper(
     no_searches: Annotated[
         bool, typer.Option("--no-searches", help="Leave out thresholds and sensitivities (claims 8, 10, 23).")
     ] = False,
+    periodic: Annotated[
+        bool,
+        typer.Option("--periodic", help="Score every reading with slow waves every 3 s as well as with one pulse."),
+    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
     ] = False,
@@ -72,13 +77,13 @@ def paper(
         raise ConfigurationError(f"--reading {shown(reading)}: no such reading; {suggestion(reading, READINGS)}")
     if not 1 <= workers <= MOST_WORKERS:
         raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
-    order = PaperOrder(figure, reading, workers, Path(out), coarse, not no_searches)
+    order = PaperOrder(figure, reading, workers, Path(out), coarse, not no_searches, periodic)
     return Job(lambda screen: carry_out_order(order, screen))
 
 
 def carry_out_order(order: PaperOrder, screen: Screen) -> int:
     """Run, score, write, and say what came out; the exit code."""
-    from ..paper.experiments import COARSE, Bench, Condition, carry_out
+    from ..paper.experiments import COARSE, PERIODIC, Bench, Condition, carry_out
     from ..paper.figures import FIGURES as KNOWN
     from ..paper.report import lines, scores_of, write_report
 
@@ -88,9 +93,14 @@ def carry_out_order(order: PaperOrder, screen: Screen) -> int:
     if order.figure is not None:
         names = next(figure.runs for figure in KNOWN if figure.number == order.figure)
     outcomes: list[Outcome] = []
-    for reading in order.readings():
-        condition = Condition(reading, COARSE if order.coarse else {})
-        bench = Bench(order.out / "runs", order.workers, _Progress(screen, reading))
+    grids = COARSE if order.coarse else {}
+    conditions = [Condition(reading, grids) for reading in order.readings()]
+    if order.periodic:
+        conditions += [
+            Condition(one.reading, {**grids, **PERIODIC}, f"{one.reading}, slow waves") for one in conditions
+        ]
+    for condition in conditions:
+        bench = Bench(order.out / "runs", order.workers, _Progress(screen, condition.title))
         outcomes.append(carry_out(bench, condition, names, order.searches and order.figure is None))
     page = write_report(outcomes, order.out, order.figure, COARSE_NOTE if order.coarse else "")
     spent = time.monotonic() - begin

@@ -85,7 +85,8 @@ def _channel(number: int, channel: str, words: str, state: str) -> Claim:
     run, norm = f"fig5_{channel}_{state}", f"fig5_{channel}_norm"
     return Claim(
         number,
-        f"A {state} permeability of the {words} channels disrupts the movement or delays it.",
+        f"{'An' if state == 'increased' else 'A'} {state} permeability of the {words} channels disrupts movement or "
+        "delays it.",
         "section 4, Fig. 5",
         (Part("delays or disrupts", _disturbed(run, norm)),),
         remark="Permeability is the conductance, x 0.75 and x 1.25 (chosen); the whole curve is in the report.",

@@ -116,8 +116,8 @@ def page_of(tables: Sequence[Table], figures: Sequence[tuple[PaperFigure, bytes]
     if note:
         parts.append(f"<p><strong>{html.escape(note)}</strong></p>")
     folded = ("parts", "velocities", "curves", "calibrated", "chosen")
-    first = [table for table in tables if table.name in ("claims", "counts")]
-    later = [table for table in tables if table.name not in ("claims", "counts")]
+    first = [table for table in tables if table.name in ("claims", "counts", "explanations")]
+    later = [table for table in tables if table.name not in ("claims", "counts", "explanations")]
     parts += [_table(table, table.name in folded) for table in first]
     for figure, image in figures:
         number = f"Fig. {figure.number}: " if figure.number else ""

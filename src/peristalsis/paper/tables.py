@@ -269,10 +269,29 @@ def channel_run(channel: str, factor: float) -> str:
 
 def misprints() -> Table:
     """What the paper prints wrongly, and how it is read."""
-    with Path(__file__).with_name("misprints.toml").open("rb") as file:
-        entries = tomllib.load(file)["misprint"]
+    entries = _entries("misprints", "misprint")
     rows = tuple((one["equation"], one["printed"], one["read"], one["reason"]) for one in entries)
     return Table("misprints", "Misprints and how they are read", "", ("where", "printed", "read", "reason"), rows)
+
+
+def explanations(scores: Mapping[str, Sequence[Scored]]) -> Table:
+    """Why claims do not hold under a reading: the reason, what shows it, and where they would."""
+    rows = []
+    for entry in _entries("explanations", "explanation"):
+        every = scores.get(entry["reading"])
+        if every is None or every[entry["claim"] - 1].verdict == "holds":
+            continue
+        texts = (entry["reason"], entry["command"], entry.get("nearest", "none seen"), entry.get("shown", "–"))
+        rows.append((str(entry["claim"]), entry["reading"], *texts))
+    note = "Written after the scored runs. Nearest: the nearest condition in which the failing part was seen to hold."
+    columns = ("claim", "reading", "reason", "command that shows it", "nearest", "command for it")
+    return Table("explanations", "Why claims fail", note, columns, tuple(rows))
+
+
+def _entries(file: str, name: str) -> list[dict[str, Any]]:
+    with Path(__file__).with_name(f"{file}.toml").open("rb") as stream:
+        found: list[dict[str, Any]] = tomllib.load(stream).get(name, [])
+    return found
 
 
 def numbers(tag: str) -> Table:
@@ -294,6 +313,7 @@ def all_tables(outcomes: Sequence[Outcome], scores: Mapping[str, Sequence[Scored
     found = (
         matrix(scores),
         counts(scores),
+        explanations(scores),
         grounds(scores),
         velocities(outcomes),
         thresholds(outcomes),

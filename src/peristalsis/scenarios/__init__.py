@@ -17,6 +17,7 @@ from typing import Any
 
 from peristalsis.config import Configuration, read_toml
 from peristalsis.errors import ConfigurationError, ScenarioNotFound, shown, suggestion
+from peristalsis.parameters import READINGS
 
 BASELINE = "baseline"
 
@@ -68,7 +69,10 @@ def configuration(
     scenario = get(BASELINE if chosen is None else chosen)
     config = Configuration(scenario=scenario.name, **scenario.changes).overlaid(from_file)
     if reading is not None:
-        config = config.with_reading(reading)
+        # A reading brings its own radii; what the scenario is about comes back on top of them.
+        shipped_reading = READINGS[config.reading]
+        about = {key: value for key, value in scenario.changes.items() if key in shipped_reading.parameters}
+        config = config.overlaid({"reading": reading, **about})
     return config.with_changes(changes) if changes else config
 
 
