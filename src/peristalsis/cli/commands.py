@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from .dispatch import Job
 from .inputs import Input
+from .job import Job
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
 from .paper_command import paper
 

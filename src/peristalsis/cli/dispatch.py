@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 from ..errors import ConfigurationError, InterruptedRun, PeristalsisError, WriteError
+from .job import Job
 from .signals import sigterm_as_interrupt
 from .streams import Screen, forgiving_streams
 
@@ -15,14 +15,6 @@ TRACEBACK = "PERISTALSIS_TRACEBACK"
 """Set this variable of the environment to see where an unforeseen error came from."""
 
 REPEATABLE = ("--set", "--format")
-
-
-@dataclass(frozen=True)
-class Job:
-    """What a command line asks for: the work, and the scenario it is about, if that is known."""
-
-    work: Callable[[Screen], int]
-    scenario: str | None = None
 
 
 def dispatch(words: Sequence[str]) -> int:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import ConfigurationError, shown, suggestion
-from .dispatch import Job
+from .job import Job
 from .streams import Screen, spelled
 
 if TYPE_CHECKING:
