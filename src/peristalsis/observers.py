@@ -15,6 +15,7 @@ from .model.fields import contact_pressure, corner_tensions, end_reactions, noda
 from .model.model import Model
 from .model.state import State
 from .model.step import StepReport
+from .names import SCALARS
 from .pellet.friction import sliding_velocity
 from .tissue.cells.plant import GATES
 from .wall import membrane
@@ -23,6 +24,10 @@ Floats = NDArray[np.float64]
 
 KPA = 100.0
 """mN/cm^2 in a kPa."""
+
+ARREST_WINDOW = 1.0
+ARREST_TRAVEL = 0.01
+"""A pellet is arrested when it moved less than 0.01 cm over the last second (0.1 mm/s), so never earlier."""
 
 
 class Observer(Protocol):
@@ -43,30 +48,7 @@ class ScalarRecorder:
     absolute_work: float = 0.0
     _work: Floats = field(default_factory=lambda: np.zeros(6))
 
-    NAMES = (
-        "pellet_position",
-        "pellet_velocity",
-        "axial_force",
-        "normal_force",
-        "viscous_force",
-        "dry_force",
-        "oral_reaction",
-        "anal_reaction",
-        "lumen_pressure",
-        "max_contact_pressure",
-        "contact_start",
-        "contact_end",
-        "min_diameter",
-        "slack_share",
-        "smallest_gap",
-        "newton_iterations",
-        "work_active",
-        "work_gas",
-        "energy_wall",
-        "loss_wall",
-        "loss_pellet",
-        "power_residual",
-    )
+    NAMES = tuple(output.name for output in SCALARS)
 
     def start(self, model: Model, state: State) -> None:
         """Record the initial state."""
@@ -236,9 +218,6 @@ class StopConditions:
     when_arrested: bool
     _track: list[float] = field(default_factory=list)
 
-    RESTING_TIME = 1.0
-    RESTING_TRAVEL = 0.01
-
     def start(self, model: Model, state: State) -> None:
         """Remember where the pellet starts."""
         self._track.append(state.pellet.position)
@@ -253,10 +232,10 @@ class StopConditions:
         if not self.when_arrested:
             return None
         self._track.append(place)
-        window = round(self.RESTING_TIME / model.dt_wall)
-        if len(self._track) <= window or abs(self._track[-1 - window] - self._track[0]) < self.RESTING_TRAVEL:
+        window = round(ARREST_WINDOW / model.dt_wall)
+        if len(self._track) <= window or abs(self._track[-1 - window] - self._track[0]) < ARREST_TRAVEL:
             return None
-        rested = abs(place - self._track[-1 - window]) < self.RESTING_TRAVEL
+        rested = abs(place - self._track[-1 - window]) < ARREST_TRAVEL
         return "the pellet has come to rest" if rested else None
 
 

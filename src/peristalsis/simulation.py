@@ -21,6 +21,8 @@ from .model.initial import initial_state
 from .model.state import PelletState, State
 from .model.step import advance
 from .observers import (
+    ARREST_TRAVEL,
+    ARREST_WINDOW,
     Callback,
     Expulsion,
     FieldRecorder,
@@ -32,10 +34,6 @@ from .observers import (
 from .protocols import changeable, values_at
 from .result import Result, summarise
 from .warm_up import warm_up
-
-ARREST_WINDOW = 1.0
-ARREST_SPEED = 0.01
-"""A pellet is arrested when it was slower than 0.01 cm/s (0.1 mm/s) over the last second, so never earlier."""
 
 
 class Simulation:
@@ -198,7 +196,7 @@ class Simulation:
         if time[-1] < ARREST_WINDOW:
             return "in_transit"
         moved = position[-1] - float(np.interp(time[-1] - ARREST_WINDOW, time, position))
-        return "arrested" if abs(moved) < ARREST_SPEED * ARREST_WINDOW else "in_transit"
+        return "arrested" if abs(moved) < ARREST_TRAVEL else "in_transit"
 
     def _arrays(self) -> dict[str, Any]:
         grid, dt = self.model.grid, self.model.dt_wall
