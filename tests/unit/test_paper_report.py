@@ -29,6 +29,7 @@ from peristalsis.paper.report import scores_of, write_report
 from peristalsis.paper.runs import RUNS
 from peristalsis.paper.searches import SEARCHES
 from peristalsis.paper.tables import all_tables, matrix, numbers
+from peristalsis.paper.variants import VARIANTS
 from peristalsis.parameters import READINGS
 from peristalsis.plots import style
 from peristalsis.studies.sweep import Record
@@ -228,7 +229,12 @@ def test_ends_that_move_are_seen() -> None:
 
 @pytest.mark.parametrize(
     ("options", "words"),
-    [({"figure": "8"}, "figures 1 to 7"), ({"reading": "tigth"}, "did you mean tight"), ({"workers": 0}, "1 to 64")],
+    [
+        ({"figure": "8"}, "figures 1 to 7"),
+        ({"reading": "tigth"}, "did you mean tight"),
+        ({"workers": 0}, "1 to 64"),
+        ({"variant": ["dubbled"]}, "doubled"),
+    ],
 )
 def test_bad_options_are_refused_with_a_fix(options: dict[str, Any], words: str) -> None:
     with pytest.raises(ConfigurationError, match=words):
@@ -259,9 +265,18 @@ def test_the_command_runs_scores_and_writes(
     assert set(names) == {"fig4a", "fig4b", "fig4c", "fig4d"}
     assert "grid.n_z" in variant
     asked.clear()
-    periodic = PaperOrder("4", "tight", 1, tmp_path, coarse=False, periodic=True)
-    assert carry_out_order(periodic, Screen(json=False)) == 0
-    assert [one[1] for one in asked] == [{}, {"pacemaker.kind": "periodic"}]
+    varied = PaperOrder(None, "tight", 1, tmp_path, coarse=False, variants=("doubled", "moving-wall"))
+    assert carry_out_order(varied, Screen(json=False)) == 0
+    assert [one[1] for one in asked] == [{}, {"run.duration": "20 s"}, {"pellet.friction_frame": "wall"}]
+    assert [one[3] for one in asked] == [True, True, False]
+
+
+@pytest.mark.parametrize("reading", ["tight", "stretched", "printed"])
+def test_every_variant_is_a_configuration_that_differs(reading: str) -> None:
+    plain = RUNS["baseline"].configuration(reading)
+    for one in VARIANTS.values():
+        varied = RUNS["baseline"].configuration(reading, one.changes)
+        assert plain.digest() != varied.digest(), one.name
 
 
 def test_importing_the_command_is_light() -> None:

@@ -21,7 +21,12 @@ FIGURES = ("1", "2", "3", "4", "5", "6", "7")
 READINGS = ("tight", "stretched", "printed", "all")
 MOST_WORKERS = 64
 
-EXAMPLES = ("peristalsis paper", "peristalsis paper --figure 3 --reading all", "peristalsis paper --coarse --workers 2")
+EXAMPLES = (
+    "peristalsis paper",
+    "peristalsis paper --figure 3 --reading all",
+    "peristalsis paper --variant doubled --variant moving-wall",
+    "peristalsis paper --coarse --workers 2",
+)
 
 COARSE_NOTE = "Coarse grids: transits are off by some ten per cent. Do not quote these verdicts."
 
@@ -36,7 +41,7 @@ class PaperOrder:
     out: Path
     coarse: bool
     searches: bool = True
-    periodic: bool = False
+    variants: tuple[str, ...] = ()
 
     def readings(self) -> tuple[str, ...]:
         """The readings that are meant."""
@@ -58,10 +63,15 @@ def paper(
     no_searches: Annotated[
         bool, typer.Option("--no-searches", help="Leave out thresholds and sensitivities (claims 8, 10, 23).")
     ] = False,
-    periodic: Annotated[
-        bool,
-        typer.Option("--periodic", help="Score every reading with slow waves every 3 s as well as with one pulse."),
-    ] = False,
+    variant: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--variant",
+            metavar="V",
+            help="Score every reading with one choice changed as well: slow-waves, doubled (durations), moving-wall, "
+            "consistent, printed-density, total, without-reflex, short-reflex or all. Can be given more than once.",
+        ),
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
     ] = False,
@@ -77,15 +87,28 @@ def paper(
         raise ConfigurationError(f"--reading {shown(reading)}: no such reading; {suggestion(reading, READINGS)}")
     if not 1 <= workers <= MOST_WORKERS:
         raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
-    order = PaperOrder(figure, reading, workers, Path(out), coarse, not no_searches, periodic)
+    order = PaperOrder(figure, reading, workers, Path(out), coarse, not no_searches, _variants(variant or []))
     return Job(lambda screen: carry_out_order(order, screen))
+
+
+def _variants(names: list[str]) -> tuple[str, ...]:
+    """The variants that are meant, each once."""
+    from ..paper.variants import VARIANTS
+
+    for name in names:
+        if name not in VARIANTS and name != "all":
+            raise ConfigurationError(
+                f"--variant {shown(name)}: no such variant; {suggestion(name, [*VARIANTS, 'all'])}"
+            )
+    return tuple(VARIANTS) if "all" in names else tuple(dict.fromkeys(names))
 
 
 def carry_out_order(order: PaperOrder, screen: Screen) -> int:
     """Run, score, write, and say what came out; the exit code."""
-    from ..paper.experiments import COARSE, PERIODIC, Bench, Condition, carry_out
+    from ..paper.experiments import COARSE, Bench, Condition, carry_out
     from ..paper.figures import FIGURES as KNOWN
     from ..paper.report import lines, scores_of, write_report
+    from ..paper.variants import VARIANTS
 
     begin = time.monotonic()
     screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(order.out / 'runs')}: call again to go on"
@@ -94,14 +117,19 @@ def carry_out_order(order: PaperOrder, screen: Screen) -> int:
         names = next(figure.runs for figure in KNOWN if figure.number == order.figure)
     outcomes: list[Outcome] = []
     grids = COARSE if order.coarse else {}
-    conditions = [Condition(reading, grids) for reading in order.readings()]
-    if order.periodic:
+    searched = order.searches and order.figure is None
+    conditions = [(Condition(reading, grids), searched) for reading in order.readings()]
+    for variant in (VARIANTS[name] for name in order.variants):
         conditions += [
-            Condition(one.reading, {**grids, **PERIODIC}, f"{one.reading}, slow waves") for one in conditions
+            (
+                Condition(reading, {**grids, **variant.changes}, f"{reading}, {variant.title}"),
+                searched and variant.searches,
+            )
+            for reading in order.readings()
         ]
-    for condition in conditions:
+    for condition, search in conditions:
         bench = Bench(order.out / "runs", order.workers, _Progress(screen, condition.title))
-        outcomes.append(carry_out(bench, condition, names, order.searches and order.figure is None))
+        outcomes.append(carry_out(bench, condition, names, search))
     page = write_report(outcomes, order.out, order.figure, COARSE_NOTE if order.coarse else "")
     spent = time.monotonic() - begin
     answer: dict[str, Any] = {"status": "finished", "written": str(page), "wall_s": round(spent, 1)}

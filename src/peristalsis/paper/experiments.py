@@ -23,9 +23,6 @@ from .searches import SEARCHES, SENSITIVITIES, Search, Sensitivity
 COARSE: Mapping[str, Any] = {"grid.n_z": 400, "grid.n_z_wall": 200, "step.wall": "4 ms"}
 """Grids for a quick look: transits are off by some ten per cent, and verdicts with them."""
 
-PERIODIC: Mapping[str, Any] = {"pacemaker.kind": "periodic"}
-"""Slow waves every 3 s in every experiment that has a pacemaker."""
-
 Progress = Callable[[Step], None]
 
 
