@@ -101,8 +101,12 @@ def test_explanations_name_commands_that_are_valid() -> None:
             for line in text.split("; "):
                 program, command, name, *options = shlex.split(line)
                 assert (program, command) == ("peristalsis", "run")
-                assert set(options[::2]) <= {"--set"}
-                scenarios.configuration(name, changes=read_settings(options[1::2]))
+                pairs = list(zip(options[::2], options[1::2], strict=True))
+                assert {key for key, _ in pairs} <= {"--set", "--reading"}
+                reading = next((value for key, value in pairs if key == "--reading"), "tight")
+                assert reading == entry["reading"]
+                settings = read_settings([value for key, value in pairs if key == "--set"])
+                scenarios.configuration(name, reading=reading, changes=settings)
 
 
 def test_chosen_and_calibrated_numbers_come_from_the_parameters() -> None:
