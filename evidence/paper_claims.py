@@ -92,10 +92,10 @@ def reasons(folder: Path) -> str:
 def thresholds(folder: Path, title: str) -> str:
     """Thresholds with their brackets."""
     rows = [
-        [row["reading"], row["threshold"], row["bracket"], row["monotone"], row["simulated where it does not arrive"]]
+        [row["reading"], row["threshold"], row["bracket"], row["regions"], row["simulated where it does not arrive"]]
         for row in rows_of(folder, "thresholds")
     ]
-    head = ["condition", "threshold", "bracket", "monotone over the scan", "simulated where it does not arrive"]
+    head = ["condition", "threshold", "bracket", "what was found", "simulated where it does not arrive"]
     return f"\n## {title}\n\n" + table(head, rows)
 
 
