@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from peristalsis import scenarios
-from peristalsis.cli import paper_command
+from peristalsis.cli import main, paper_command
 from peristalsis.cli.inputs import read_settings
 from peristalsis.cli.paper_command import PaperOrder, carry_out_order, paper
 from peristalsis.cli.streams import Screen
@@ -273,6 +273,18 @@ def test_the_command_runs_scores_and_writes(
     assert carry_out_order(varied, Screen(json=False)) == 0
     assert [one[1] for one in asked] == [{}, {"run.duration": "20 s"}, {"pellet.friction_frame": "wall"}]
     assert [one[3] for one in asked] == [True, True, False]
+
+
+def test_variants_may_be_repeated_on_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[PaperOrder] = []
+
+    def noted(order: PaperOrder, screen: Screen) -> int:
+        asked.append(order)
+        return 0
+
+    monkeypatch.setattr(paper_command, "carry_out_order", noted)
+    assert main(["paper", "--variant", "doubled", "--variant", "total"]) == 0
+    assert asked[0].variants == ("doubled", "total")
 
 
 @pytest.mark.parametrize("reading", ["tight", "stretched", "printed"])

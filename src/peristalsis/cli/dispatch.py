@@ -14,7 +14,7 @@ from .streams import Screen, forgiving_streams
 TRACEBACK = "PERISTALSIS_TRACEBACK"
 """Set this variable of the environment to see where an unforeseen error came from."""
 
-REPEATABLE = ("--set", "--format")
+REPEATABLE = ("--set", "--format", "--variant")
 
 
 def dispatch(words: Sequence[str]) -> int:
