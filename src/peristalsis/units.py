@@ -109,6 +109,15 @@ def to_internal(value: float, unit: str) -> float:
         ) from None
 
 
+def written(value: Any, unit: str) -> Any:
+    """A value as it stands in a configuration file: numbers with their unit, tuples as lists, the rest as it is."""
+    if isinstance(value, tuple):
+        return [written(item, unit) for item in value]
+    if isinstance(value, float):
+        return value if unit == DIMENSIONLESS else format_quantity(value, unit)
+    return value
+
+
 def _read_text(text: str, unit: str) -> float:
     if len(text) > _LONGEST_TEXT:
         raise QuantityError(f"{len(text)} characters are too many for a quantity; {_write(unit)}")

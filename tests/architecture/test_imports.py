@@ -23,7 +23,8 @@ ALLOWED = {
     "errors": {"errors"},
     "parameters": {"parameters", "units", "errors"},
     "protocols": {"protocols", "units", "errors"},
-    "config": {"config", "protocols", "parameters", "units", "errors"},
+    "consistency": {"consistency", "config", "parameters", "units", "errors"},
+    "config": {"config", "consistency", "protocols", "parameters", "units", "errors"},
 }
 """What each layer may import of the package; layers that are not named lie above all of these."""
 

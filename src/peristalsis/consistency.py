@@ -1,0 +1,182 @@
+"""What the parameters of a configuration must be together: sizes that fit, places on the tube, rules that agree.
+
+Fields check themselves in `config`; nothing here is about one field alone.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from peristalsis import units
+from peristalsis.errors import ConfigurationError
+from peristalsis.parameters import PARAMETERS
+
+if TYPE_CHECKING:
+    from peristalsis.config import Configuration, Wall
+
+LARGEST_GRID = 2_000_000  # nodes of both grids together
+MOST_STEPS = 100_000_000
+LARGEST_OUTPUT = 2_000_000_000  # bytes kept in memory and written
+LARGEST_STRETCH = 2.2  # pellet radius over tube radius; the exponential law is astronomical beyond
+
+
+def check(config: Configuration) -> None:
+    """What no field can know alone. Raises ConfigurationError naming key, value, cause and remedy."""
+    _check_grid(config)
+    _check_steps(config)
+    if config.protocols:
+        _check_protocols(config)
+    if config.pellet.enabled:
+        _check_pellet(config)
+    _check_places(config)
+    _check_control(config)
+
+
+def _check_protocols(config: Configuration) -> None:
+    """Every value of every protocol must be allowed for its parameter, with all else as configured."""
+    seen: set[str] = set()
+    for protocol in config.time_courses():
+        if protocol.parameter in seen:
+            raise ConfigurationError(f"protocols: {protocol.parameter} has two of them; keep one")
+        seen.add(protocol.parameter)
+        unit = PARAMETERS[protocol.parameter].unit
+        for value in {min(protocol.values), max(protocol.values)}:
+            try:
+                config.overlaid({"protocols": [], protocol.parameter: units.written(value, unit)})
+            except ConfigurationError as error:
+                raise ConfigurationError(f"protocols: {error}") from None
+
+
+def _check_grid(config: Configuration) -> None:
+    grid = config.grid
+    for key in ("n_theta", "n_theta_conduction"):
+        columns = getattr(grid, key)
+        if columns != 1:
+            _refuse(f"grid.{key}", str(columns), "only axisymmetric runs are available in this version", "use 1")
+    nodes = grid.n_z * grid.n_theta_conduction + grid.n_z_wall * grid.n_theta
+    if nodes > LARGEST_GRID:
+        _refuse("grid", f"{nodes} nodes", f"at most {LARGEST_GRID} are allowed", "use fewer columns or cells")
+
+
+def _check_steps(config: Configuration) -> None:
+    step, run = config.step, config.run
+    ratio = step.wall / step.conduction
+    if abs(ratio - round(ratio)) > 1e-9 * ratio or round(ratio) < 1:
+        count = max(1, round(ratio))
+        _refuse(
+            "step.wall",
+            f"{step.wall} ms",
+            f"it is {ratio:.6g} times step.conduction = {step.conduction} ms, not a whole number of times",
+            f"use, for example, {count * step.conduction:.12g} ms",
+        )
+    steps = run.duration / units.to_internal(step.conduction, "ms")
+    if steps > MOST_STEPS:
+        _refuse(
+            "run.duration",
+            f"{run.duration} s",
+            f"it takes {steps:.3g} steps of step.conduction = {step.conduction} ms, over {MOST_STEPS:.0e}",
+            "shorten the run or lengthen the step",
+        )
+    size = output_size(config)
+    if size > LARGEST_OUTPUT:
+        _refuse(
+            "output.interval",
+            f"{config.output.interval} s",
+            f"the stored fields would take about {size / 1e9:.3g} GB, over {LARGEST_OUTPUT / 1e9:.3g} GB",
+            "store less often, shorten the run or use fewer nodes",
+        )
+    for key, time in (("run.duration", run.duration), ("output.interval", config.output.interval)):
+        if time < units.to_internal(step.wall, "ms") * (1 - 1e-9):
+            _refuse(key, f"{time} s", f"it is shorter than step.wall = {step.wall} ms", "use at least one step")
+
+
+def output_size(config: Configuration) -> float:
+    """Bytes of all recorded arrays: fields at every interval, numbers and probes at every step."""
+    grid, duration = config.grid, config.run.duration
+    step = units.to_internal(config.step.wall, "ms")
+    frames = duration / max(config.output.interval, step) + 2
+    fields = 12 * (grid.n_z_wall + 1) * grid.n_theta + 4 * grid.n_z * grid.n_theta_conduction
+    numbers = 22 + 10 * len(config.output.probes)
+    return 8.0 * (frames * fields + (duration / step + 1) * numbers)
+
+
+def _check_places(config: Configuration) -> None:
+    length = config.wall.length
+    places = [("output.probes", place) for place in config.output.probes]
+    if config.pacemaker.kind != "none":
+        places.append(("pacemaker.width", config.pacemaker.width))
+    if config.rings.enabled:
+        places += [("rings.positions", place) for place in config.rings.positions]
+    for key, place in places:
+        if place > length:
+            _refuse(key, f"{place} cm", "it lies beyond the anal end", f"use at most wall.length = {length} cm")
+
+
+def _check_control(config: Configuration) -> None:
+    trigger, pacemaker, rings = config.trigger, config.pacemaker, config.rings
+    if trigger.delay < 0 and trigger.rule != "pacemaker":
+        _refuse(
+            "trigger.delay",
+            f"{trigger.delay} s",
+            f"under trigger.rule = {trigger.rule} the circular layer cannot come first",
+            "use at least 0 s, or trigger.rule = pacemaker",
+        )
+    if trigger.rule == "pacemaker" and pacemaker.kind == "cell":
+        _refuse(
+            "trigger.rule",
+            "pacemaker",
+            "it follows the pulses of the pacemaker, and pacemaker.kind = cell has none",
+            "use trigger.rule = active, or pacemaker.kind = pulse or periodic",
+        )
+    if pacemaker.kind == "periodic" and pacemaker.period <= pacemaker.duration:
+        _refuse(
+            "pacemaker.period",
+            f"{pacemaker.period} s",
+            "the pulses overlap",
+            f"use more than pacemaker.duration = {pacemaker.duration} s",
+        )
+    if rings.enabled and rings.period <= rings.duration:
+        _refuse(
+            "rings.period",
+            f"{rings.period} s",
+            "the pulses overlap",
+            f"use more than rings.duration = {rings.duration} s",
+        )
+    if rings.enabled and not rings.positions:
+        _refuse("rings.positions", "[]", "rings are enabled but have no place", "name one or disable them")
+
+
+def _check_pellet(config: Configuration) -> None:
+    pellet, wall = config.pellet, config.wall
+    needed = 2 * pellet.radius + pellet.start_gap
+    if needed >= wall.length:
+        _refuse(
+            "wall.length",
+            f"{wall.length} cm",
+            f"the pellet and its gap take {needed:.6g} cm (2 x pellet.radius + pellet.start_gap)",
+            f"use a tube longer than {needed:.6g} cm or a smaller pellet",
+        )
+    stretch = pellet.radius / wall.radius
+    if stretch > LARGEST_STRETCH:
+        _refuse(
+            "pellet.radius",
+            f"{pellet.radius} cm",
+            f"the tube cannot hold this pellet: at wall.radius = {wall.radius} cm the stretch is "
+            f"{stretch:.4g} and the passive hoop tension {_hoop_tension(wall, stretch)} mN/cm",
+            f"use a pellet.radius of at most {LARGEST_STRETCH * wall.radius:.4g} cm",
+        )
+
+
+def _hoop_tension(wall: Wall, stretch: float) -> str:
+    """Passive circumferential tension at no axial strain, Eqs. (3) and (4), to two digits."""
+    strain = stretch - 1.0
+    try:
+        exponential = 2.0 * wall.c10 * wall.c5 * strain * math.exp(wall.c5 * strain * strain)
+    except OverflowError:
+        return "above 1e300"
+    return f"{wall.c2 * strain + exponential:.2g}"
+
+
+def _refuse(key: str, value: str, cause: str, fix: str) -> None:
+    raise ConfigurationError(f"{key} = {value}: {cause}; {fix}")
