@@ -42,6 +42,12 @@ class ScenarioNotFound(ConfigurationError):
     """No scenario has this name."""
 
 
+class DamagedResult(ConfigurationError):
+    """A stored run does not agree with its own hashes."""
+
+    status = "damaged"
+
+
 class DivergenceError(PeristalsisError):
     """A solver failed; the history up to the last good step is kept."""
 

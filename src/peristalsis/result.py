@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
 import json
 import math
 import os
-import platform
-import shutil
-import uuid
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,8 +18,23 @@ from numpy.typing import NDArray
 
 from ._version import __version__
 from .config import Configuration
-from .errors import ConfigurationError, WriteError, shown
+from .disk import read_regular
+from .environment import code_version, machine, versions
+from .errors import ConfigurationError, shown
+from .manifest import FILE as MANIFEST_FILE
+from .manifest import SCHEMA
 from .names import COORDINATES, OUTPUTS
+from .store import (
+    CONFIGURATION_FILE,
+    RESULT_FILE,
+    SUMMARY_FILE,
+    Workspace,
+    check_target,
+    damaged,
+    read_file,
+    read_manifest,
+    recover,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -35,7 +49,14 @@ FAST_PART = (3.0, 8.0)
 SMALLEST_WORK = 1.0
 """Least work against which the balance of a run is measured [mN cm]: at rest there is nothing to compare with."""
 
-RESULT_FILE, SUMMARY_FILE, CONFIGURATION_FILE = "result.nc", "summary.json", "config.toml"
+LARGEST_RESULT = 4_000_000_000
+"""Bytes of a file without a manifest that are read."""
+
+CLOCK = ("solver_wall_s", "compile_wall_s")
+"""Numbers of a summary that are times on the clock, different in every run."""
+
+UNFINISHED = ("interrupted", "diverged")
+"""Runs that broke off: their last checkpoint is kept with them."""
 
 
 @dataclass(frozen=True)
@@ -83,40 +104,69 @@ class Result:
 
         return Plots(self)
 
+    @cached_property
+    def fingerprint(self) -> str:
+        """SHA-256 of every recorded number and of the summary, times on the clock left out: equal runs have one.
+
+        It does not depend on how a run was stored, nor on the sign or payload of a nan.
+        """
+        digest = hashlib.sha256()
+        numbers = {key: value for key, value in self.summary.items() if key not in CLOCK}
+        digest.update(json.dumps(json_ready(numbers), sort_keys=True).encode("ascii"))
+        for name in sorted(self.arrays):
+            values = np.asarray(self.arrays[name])
+            if values.dtype.kind == "f":
+                values = np.where(np.isnan(values), np.nan, values)
+            if values.dtype.kind in "OUT":
+                content = json.dumps([str(text) for text in values.ravel()]).encode("ascii")
+            else:
+                content = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<")).tobytes()
+            digest.update(f"{name} {values.shape} ".encode("ascii") + content)
+        return digest.hexdigest()
+
     def save(
         self,
         folder: str | os.PathLike[str],
         overwrite: bool = False,
         extras: Callable[[Path], None] | None = None,
+        workspace: Workspace | None = None,
     ) -> Path:
-        """Write result.nc, summary.json and config.toml into `folder`; the folder appears complete or not at all.
+        """Write result.nc, summary.json, config.toml and manifest.json; the folder appears complete or not at all.
 
-        extras: called with the folder before it is put in place, to add files such as pictures. Raises WriteError
-        when the folder exists (without `overwrite`) or cannot be written.
+        extras: called with the folder before it is put in place, to add files such as pictures. workspace: the hidden
+        folder of the run, if it has one; its checkpoints stay with a run that broke off. Raises WriteError when the
+        folder exists (without `overwrite`) or cannot be written; a workspace with checkpoints stays then.
         """
         target = Path(folder)
         check_target(target, overwrite)
-        temporary = target.parent / f".tmp-{uuid.uuid4().hex}"
+        own = workspace is None
+        place = Workspace(target) if workspace is None else workspace
         try:
-            temporary.mkdir(parents=True)
             # Built in memory: the HDF5 library does not survive a disk that fills up under an open file.
-            image = self.dataset.to_netcdf(engine="h5netcdf", encoding=self._encoding())
-            (temporary / RESULT_FILE).write_bytes(image)
-            (temporary / CONFIGURATION_FILE).write_text(self.configuration.to_toml(), encoding="utf-8")
-            text = json.dumps(json_ready(self.summary), indent=2, allow_nan=False) + "\n"
-            (temporary / SUMMARY_FILE).write_text(text, encoding="utf-8")
-            if extras is not None:
-                extras(temporary)
-            _synchronise(temporary)
-            _put_in_place(temporary, target)
-        except OSError as error:
-            raise WriteError(
-                f"could not write {shown(str(target))}: {error.strerror or error}; free some space or choose another "
-                "folder with --out"
-            ) from None
-        finally:
-            shutil.rmtree(temporary, ignore_errors=True)
+            image = bytes(self.dataset.to_netcdf(engine="h5netcdf", encoding=self._encoding()))
+            summary = json.dumps(json_ready(self.summary), indent=2, allow_nan=False) + "\n"
+            files = {
+                RESULT_FILE: image,
+                CONFIGURATION_FILE: self.configuration.to_toml().encode("utf-8"),
+                SUMMARY_FILE: summary.encode("utf-8"),
+            }
+            place.publish(files, self.status, self._about(), extras, self.status in UNFINISHED)
+        except BaseException:
+            if own or not place.has_checkpoints():
+                place.discard()
+            place.close()
+            raise
         return target
+
+    def _about(self) -> dict[str, Any]:
+        return {
+            "scenario": self.configuration.scenario,
+            "configuration_sha256": self.configuration.digest(),
+            "fingerprint": self.fingerprint,
+            "code": code_version(),
+            "versions": versions(),
+            "machine": machine(),
+        }
 
     def _encoding(self) -> dict[str, dict[str, Any]]:
         large = [name for name, values in self.arrays.items() if np.size(values) > 10_000]
@@ -127,6 +177,7 @@ class Result:
         sources = sorted({entry.source for entry in configuration.items() if entry.source})
         return {
             "Conventions": "CF-1.10",
+            "schema": SCHEMA,
             "title": f"peristalsis run {configuration.scenario}, reading {configuration.reading}",
             "source": f"peristalsis {__version__}",
             "configuration": configuration.to_toml(),
@@ -139,82 +190,56 @@ class Result:
 
 
 def load(folder: str | os.PathLike[str]) -> Result:
-    """The result stored in a folder, as it was. Raises ConfigurationError if it is not there or not whole."""
+    """The result stored in a folder, as it was; every file must agree with the hashes of the manifest.
+
+    Raises ConfigurationError if there is none, and DamagedResult if it is not whole. Results of versions without a
+    manifest are read as they are.
+    """
+    path = Path(folder)
+    place = path if path.is_dir() or path.name != RESULT_FILE else path.parent
+    recover(place)
+    found = read_manifest(place)
+    if found is None:
+        image = _without_manifest(place)
+    elif RESULT_FILE not in found.files:
+        raise ConfigurationError(
+            f"{shown(str(place))} holds the record of a run that is {found.status.replace('_', ' ')} and has no "
+            f"numbers; {SUMMARY_FILE} says why"
+        )
+    else:
+        contents = {name: read_file(place, name, entry) for name, entry in found.files.items()}
+        image = contents[RESULT_FILE]
+    try:
+        return _decoded(image, checked=found is not None)
+    except (OSError, ValueError, KeyError, TypeError, RuntimeError) as error:
+        raise damaged(place, " ".join(str(error).split())[:120]) from None
+
+
+def _without_manifest(place: Path) -> bytes:
+    """The content of a result of a version without a manifest."""
+    try:
+        return read_regular(place / RESULT_FILE, LARGEST_RESULT)
+    except (FileNotFoundError, NotADirectoryError):
+        raise ConfigurationError(
+            f"no result in {shown(str(place))}: {RESULT_FILE} is missing; run a scenario first"
+        ) from None
+    except OSError as error:
+        raise damaged(place, f"{RESULT_FILE}: {error.strerror or error}") from None
+
+
+def _decoded(image: bytes, checked: bool) -> Result:
+    """The result in the content of result.nc. Raises the errors of the libraries, and ValueError."""
     import xarray
 
-    path = Path(folder)
-    file = path / RESULT_FILE if path.is_dir() else path
-    if not file.is_file():
-        raise ConfigurationError(f"no result in {shown(str(folder))}: {RESULT_FILE} is missing; run a scenario first")
-    try:
-        with xarray.open_dataset(file, engine="h5netcdf") as stored:
-            dataset = stored.load()
-        configuration = Configuration.from_toml(str(dataset.attrs["configuration"]))
-        summary = json.loads(dataset.attrs["summary"])
-    except (OSError, ValueError, KeyError) as error:
-        reason = " ".join(str(error).split())[:120]
-        raise ConfigurationError(f"{shown(str(file))} is not a whole result of peristalsis ({reason})") from None
+    with xarray.open_dataset(io.BytesIO(image), engine="h5netcdf") as stored:
+        dataset = stored.load()
+    if not checked and "schema" in dataset.attrs:
+        raise ValueError(f"{MANIFEST_FILE} is missing")
+    configuration = Configuration.from_toml(str(dataset.attrs["configuration"]))
+    summary = json.loads(dataset.attrs["summary"])
     arrays = {str(name): np.asarray(dataset[name].values) for name in dataset.variables}
     remarks = tuple(text for text in str(dataset.attrs.get("remarks", "")).split(" | ") if text)
     return Result(configuration, summary, arrays, remarks)
-
-
-def check_target(target: Path, overwrite: bool) -> None:
-    """Refuse, before anything is computed, a folder that exists or cannot be made."""
-    try:
-        _check_target(target, overwrite)
-    except OSError as error:
-        raise WriteError(f"{shown(str(target))}: {error.strerror or error}; choose another folder with --out") from None
-
-
-def _check_target(target: Path, overwrite: bool) -> None:
-    if target.exists() and not overwrite:
-        raise WriteError(f"{shown(str(target))} exists; choose another folder with --out, or say --overwrite")
-    if target.exists() and not target.is_dir():
-        raise WriteError(f"{shown(str(target))} is a file, not a folder; choose another one with --out")
-    if target.is_dir() and any(target.iterdir()) and not (target / SUMMARY_FILE).exists():
-        raise WriteError(
-            f"{shown(str(target))} holds files but no result of peristalsis, so it is not overwritten; choose another"
-        )
-    parent = target.parent
-    while not parent.exists() and parent != parent.parent:
-        parent = parent.parent
-    if not parent.is_dir() or not os.access(parent, os.W_OK):
-        raise WriteError(f"{shown(str(parent))} is not a folder that can be written to; choose another one with --out")
-
-
-def _synchronise(folder: Path) -> None:
-    for file in folder.rglob("*"):
-        if file.is_file():
-            with file.open("rb+") as handle:
-                os.fsync(handle.fileno())
-
-
-def _put_in_place(temporary: Path, target: Path) -> None:
-    """Rename the finished folder to its name; an old result is moved aside first and removed last."""
-    old = target.parent / f".old-{uuid.uuid4().hex}"
-    if target.exists():
-        os.replace(target, old)
-    try:
-        os.replace(temporary, target)
-    except OSError:
-        if old.exists():
-            os.replace(old, target)
-        raise
-    shutil.rmtree(old, ignore_errors=True)
-
-
-def versions() -> dict[str, str]:
-    """Versions of this package and of what the numbers depend on."""
-    import importlib.metadata
-
-    found = {"peristalsis": __version__, "python": platform.python_version()}
-    for name in ("numpy", "scipy", "numba", "xarray", "h5netcdf"):
-        try:
-            found[name] = importlib.metadata.version(name)
-        except importlib.metadata.PackageNotFoundError:
-            found[name] = "unknown"
-    return found
 
 
 def json_ready(value: Any) -> Any:

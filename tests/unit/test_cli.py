@@ -23,7 +23,7 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis import comparing, scenarios
+from peristalsis import comparing, disk, manifest, scenarios
 from peristalsis.cli import main, running
 from peristalsis.cli.commands import EXAMPLES, EXIT_CODES
 from peristalsis.cli.report import number_text
@@ -31,11 +31,12 @@ from peristalsis.cli.stored import labels
 from peristalsis.cli.streams import ForgivingStream, RunProgress, Screen, spelled
 from peristalsis.errors import ConfigurationError, DivergenceError
 from peristalsis.plots import Plots
-from peristalsis.result import CONFIGURATION_FILE, RESULT_FILE, SUMMARY_FILE, Result
+from peristalsis.result import Result
+from peristalsis.store import CONFIGURATION_FILE, RESULT_FILE, SUMMARY_FILE
 
 TINY = {"grid.n_z": "300", "grid.n_z_wall": "100", "run.duration": "0.05 s"}
 SET = tuple(word for key, value in TINY.items() for word in ("--set", f"{key}={value}"))
-NUMBERS = {RESULT_FILE, SUMMARY_FILE, CONFIGURATION_FILE}
+NUMBERS = {RESULT_FILE, SUMMARY_FILE, CONFIGURATION_FILE, manifest.FILE}
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(ps.__file__).parents[1])}
 PICTURES = {f"{name}.png" for name in running.PICTURES}
 
@@ -409,7 +410,7 @@ def test_a_second_signal_gives_up_writing_and_cleans_up(
     monkeypatch.setattr(Result, "_encoding", twice)
     assert main(["run", "baseline"]) == 130
     assert capsys.readouterr().err == "interrupted; nothing was written\n"
-    assert contents(here / "out") == set()
+    assert contents(here) == set()
 
 
 def test_sigterm_ends_any_command_quietly(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
@@ -433,7 +434,7 @@ def test_a_full_disk_leaves_the_target_as_it_was(
     assert main(["run", "baseline", "--no-plots"]) == 0
     old = {path.name: path.read_bytes() for path in (here / "out/baseline").iterdir()}
     capsys.readouterr()
-    monkeypatch.setattr(Path, "write_text", no_space)
+    monkeypatch.setattr(disk.DISK, "put", no_space)
     assert main(["run", "baseline", "--no-plots", "--overwrite", "--json"]) == 4
     said = capsys.readouterr()
     content = json.loads(said.out)

@@ -60,7 +60,7 @@ def run(order: Order, screen: Screen) -> int:
 
 def refuse_target(target: Path, overwrite: bool) -> None:
     """Refuse, before anything is computed, a folder that may not or cannot be written."""
-    from ..result import check_target
+    from ..store import check_target
 
     parent = target.absolute().parent
     try:

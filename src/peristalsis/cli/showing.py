@@ -127,7 +127,7 @@ def cite(given: Input, screen: Screen) -> int:
 
 def version(screen: Screen) -> int:
     """Versions of this package and of what its numbers depend on."""
-    from ..result import versions
+    from ..environment import versions
 
     found: Mapping[str, str] = versions()
     screen.say(", ".join(f"{name} {number}" for name, number in found.items()))
@@ -139,7 +139,7 @@ def _stored(given: Input) -> Configuration | None:
     """The configuration in a folder of a stored run, if NAME is one and no scenario has this name."""
     from .. import scenarios
     from ..config import Configuration
-    from ..result import CONFIGURATION_FILE
+    from ..store import CONFIGURATION_FILE
 
     if given.name is None or given.name in scenarios.names() or not Path(given.name).is_dir():
         return None

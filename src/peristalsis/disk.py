@@ -1,0 +1,92 @@
+"""The one door to the disk for what must not be lost: every write of a result, a checkpoint or a kept run.
+
+`DISK` carries each operation out; a test puts in its place one that fails, is killed or loses what was not yet
+synchronised. Operations are the system's own, so that "written" and "safe from a power failure" stay two things.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import stat
+from pathlib import Path
+
+_FULL_SYNC: int | None = getattr(fcntl, "F_FULLFSYNC", None)
+"""Where fsync leaves data in the drive's own memory (macOS), the order that does not."""
+
+
+class Disk:
+    """Operations on files and folders; all raise OSError as the system does."""
+
+    def make_folder(self, path: Path) -> None:
+        """Make a folder and its parents, unless it is there."""
+        path.mkdir(parents=True, exist_ok=True)
+
+    def write(self, path: Path, content: bytes) -> None:
+        """Write a whole file, over an old one of this name if there is one; a symbolic link is not followed."""
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
+        try:
+            view = memoryview(content)
+            while view:
+                view = view[self.put(descriptor, view) :]
+        finally:
+            os.close(descriptor)
+
+    def put(self, descriptor: int, content: memoryview) -> int:
+        """Write as much as the system takes at once; the number of bytes."""
+        return os.write(descriptor, content)
+
+    def synchronise(self, path: Path) -> None:
+        """Return when a file, or the names in a folder, would survive a power failure."""
+        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        try:
+            if _FULL_SYNC is not None:  # pragma: no cover (macOS)
+                fcntl.fcntl(descriptor, _FULL_SYNC)
+            os.fsync(descriptor)
+        except OSError as error:
+            if error.errno != errno.EINVAL:  # a file system that cannot synchronise folders orders them itself
+                raise
+        finally:
+            os.close(descriptor)
+
+    def rename(self, old: Path, new: Path) -> None:
+        """Give a file or folder its name, at once; a file replaces one that has it."""
+        os.replace(old, new)
+
+    def remove(self, path: Path) -> None:
+        """Remove a file or a symbolic link, if it is there."""
+        path.unlink(missing_ok=True)
+
+    def remove_folder(self, path: Path) -> None:
+        """Remove a folder with all that is in it; links in it are removed, not followed."""
+        if path.is_symlink() or not path.is_dir():
+            self.remove(path)
+            return
+        for inner in sorted(path.iterdir()):
+            self.remove_folder(inner)
+        path.rmdir()
+
+
+DISK = Disk()
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Put a file in place whole: the old content or the new one is there at any time, and after a crash."""
+    fresh = path.with_name(f".new-{path.name}")
+    DISK.write(fresh, content)
+    DISK.synchronise(fresh)
+    DISK.rename(fresh, path)
+    DISK.synchronise(path.parent)
+
+
+def read_regular(path: Path, most: int) -> bytes:
+    """The content of a regular file of at most `most` bytes; OSError for anything else, a symbolic link included."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    with os.fdopen(descriptor, "rb") as file:
+        about = os.fstat(descriptor)
+        if not stat.S_ISREG(about.st_mode):
+            raise OSError(errno.EINVAL, "it is not a regular file")
+        if about.st_size > most:
+            raise OSError(errno.EFBIG, f"it has {about.st_size} bytes, more than {most}")
+        return file.read(most + 1)
