@@ -33,6 +33,9 @@ LAYERS = ("longitudinal", "circular")
 
 LARGEST_TEXT = 64 * 1024  # bytes of a configuration file
 
+WITHOUT_EFFECT = ("run.checkpoint",)
+"""Parameters that change how a run is carried out and no number of it: they are not part of its digest."""
+
 _MODEL = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
@@ -247,6 +250,7 @@ class Run(Section):
     stop_when_expelled: bool = parameter("run.stop_when_expelled")
     stop_when_arrested: bool = parameter("run.stop_when_arrested")
     stop_position: float = parameter("run.stop_position", gt=0, le=1000)
+    checkpoint: float = parameter("run.checkpoint", ge=0, le=1e5)
 
 
 class Output(Section):
@@ -415,8 +419,9 @@ class Configuration(BaseModel):
         return "\n".join(lines) + "\n"
 
     def digest(self) -> str:
-        """SHA-256 of the canonical JSON of `texts`."""
-        canonical = json.dumps(self.texts(), sort_keys=True, separators=(",", ":"), ensure_ascii=True)
+        """SHA-256 of the canonical JSON of `texts`, without what leaves the results as they are."""
+        texts = {key: text for key, text in self.texts().items() if key not in WITHOUT_EFFECT}
+        canonical = json.dumps(texts, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
         return hashlib.sha256(canonical.encode("ascii")).hexdigest()
 
 

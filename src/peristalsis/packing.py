@@ -15,6 +15,7 @@ import operator
 import types
 import typing
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, Union, get_args, get_origin
 
 import numpy as np
@@ -30,6 +31,9 @@ class UnpackableError(TypeError):
 
 def pack(parts: Mapping[str, tuple[Any, Any]]) -> bytes:
     """The bytes of named values, each given with its type. Raises UnpackableError for a type that has no place here."""
+    for _, hint in parts.values():
+        if not packable(hint):
+            raise UnpackableError(f"{hint} is not a type that checkpoints can hold")
     arrays: list[np.ndarray] = []
     tree = {name: _encode(value, hint, arrays) for name, (value, hint) in parts.items()}
     text = json.dumps(tree, allow_nan=False, separators=(",", ":")).encode("utf-8")
@@ -59,10 +63,11 @@ def packable(hint: Any) -> bool:
     """Whether values of a type can be packed, judged by the type alone."""
     try:
         return _fits(hint)
-    except (UnpackableError, NameError):
+    except (NameError, TypeError):  # an annotation that names nothing, or that is none
         return False
 
 
+@cache
 def fields_of(hint: type) -> dict[str, Any]:
     """Name to type of the fields of a dataclass or a named tuple."""
     hints = typing.get_type_hints(hint)
@@ -131,9 +136,7 @@ def _encode(value: Any, hint: Any, arrays: list[np.ndarray]) -> Any:
         return [_encode(one, item, arrays) for one in value] if stack is None else {"stack": _keep(stack, arrays)}
     if get_origin(hint) is dict:
         return {name: _encode(one, get_args(hint)[1], arrays) for name, one in value.items()}
-    if get_origin(hint) is tuple:
-        return [_encode(one, inner, arrays) for one, inner in zip(value, get_args(hint), strict=True)]
-    raise UnpackableError(f"{hint} is not a type that checkpoints can hold")
+    return [_encode(one, inner, arrays) for one, inner in zip(value, get_args(hint), strict=True)]
 
 
 def _keep(array: np.ndarray, arrays: list[np.ndarray]) -> int:
@@ -181,9 +184,7 @@ def _decode(node: Any, hint: Any, arrays: list[np.ndarray]) -> Any:
         return found if get_origin(hint) is list else tuple(found)
     if get_origin(hint) is dict:
         return {name: _decode(one, get_args(hint)[1], arrays) for name, one in node.items()}
-    if get_origin(hint) is tuple:
-        return tuple(_decode(one, inner, arrays) for one, inner in zip(node, get_args(hint), strict=True))
-    raise UnpackableError(f"{hint} is not a type that checkpoints can hold")
+    return tuple(_decode(one, inner, arrays) for one, inner in zip(node, get_args(hint), strict=True))
 
 
 def _unstacked(stack: np.ndarray, item: Any) -> list[Any]:

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, is_dataclass
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from . import preflight, units
 from .build import build
+from .checkpoint import Checkpoints, Found, Head, newest_of
 from .config import FIELDS, Configuration
-from .errors import ConfigurationError, DivergenceError, InterruptedRun, suggestion
+from .environment import code_version
+from .errors import ConfigurationError, DivergenceError, InterruptedRun, shown, suggestion
 from .events import Event, EventRecorder
 from .model.initial import initial_state
+from .model.model import Model
 from .model.state import PelletState, State
 from .model.step import advance
 from .observers import (
@@ -31,6 +38,7 @@ from .observers import (
     ScalarRecorder,
     StopConditions,
 )
+from .packing import pack, packable, unpack
 from .protocols import changeable, values_at
 from .result import Result, summarise
 from .warm_up import warm_up
@@ -40,8 +48,8 @@ class Simulation:
     """One run that can be advanced piece by piece.
 
     configuration: a Configuration. observers: more of them, called after the recorders. progress: called with
-    (simulated time [s], pellet position [cm]) after every step. Raises DivergenceError if the tube cannot be
-    inflated or hold the pellet.
+    (simulated time [s], pellet position [cm]) after every step. checkpoints: where and how often they are written;
+    none unless given. Raises DivergenceError if the tube cannot be inflated or hold the pellet.
     """
 
     def __init__(
@@ -49,8 +57,10 @@ class Simulation:
         configuration: Configuration,
         observers: tuple[Observer, ...] = (),
         progress: Callable[[float, float], None] | None = None,
+        checkpoints: Checkpoints | None = None,
     ) -> None:
         self.configuration = configuration
+        self._begun_with = configuration
         self.compile_seconds = warm_up()
         self.model, self.state, remarks = initial_state(build(configuration))
         self.remarks = [*preflight.remarks(configuration), *remarks]
@@ -83,8 +93,27 @@ class Simulation:
         self.failure: DivergenceError | InterruptedRun | None = None
         self._target = 0.0
         self._solver_seconds = 0.0
+        self._checkpoints = checkpoints
+        self._start = _hash_of_start(self.model, self.state)
         for observer in self._observers:
             observer.start(self.model, self.state)
+
+    @classmethod
+    def resume(
+        cls,
+        folder: str | PathLike[str],
+        observers: tuple[Observer, ...] = (),
+        progress: Callable[[float, float], None] | None = None,
+    ) -> Simulation:
+        """The run whose checkpoint is in a folder, or in the hidden ones beside it, as it stood then.
+
+        observers: of the same kinds as before; those that are dataclasses of plain data go on with what they held.
+        Raises ConfigurationError if there is no whole checkpoint, or if it is of another version of the code.
+        """
+        found = newest_of(Path(folder))
+        simulation = cls(Configuration.from_toml(found.head.configuration), observers, progress)
+        simulation.restore(found)
+        return simulation
 
     @property
     def time(self) -> float:
@@ -136,6 +165,8 @@ class Simulation:
         except (DivergenceError, InterruptedRun) as error:
             self.failure = error
             self.error = str(error)
+            if self._checkpoints is not None:
+                self._checkpoints.write(self.time, self.checkpoint())
         return self.result()
 
     def _advance_to(self, target: float) -> None:
@@ -145,6 +176,58 @@ class Simulation:
                 if stopped():
                     raise InterruptedRun(f"interrupted at t = {self.time:.6g} s; the history up to there is kept")
                 self._step()
+                if self._checkpoints is not None and self._checkpoints.due(self.time):
+                    self._checkpoints.write(self.time, self.checkpoint())
+
+    def checkpoint(self) -> bytes:
+        """Everything that the rest of the run depends on, to the bit; `restore` takes it."""
+        return pack(self._parts())
+
+    def restore(self, found: Found) -> None:
+        """Go on from a checkpoint of the same configuration. Raises ConfigurationError if it is of another run."""
+        if found.head.digest != self._begun_with.digest():
+            raise ConfigurationError("the checkpoint is of another configuration; resume the run it belongs to")
+        if found.head.code != code_version():
+            raise ConfigurationError(
+                f"the checkpoint was written by version {found.head.code} and this is {code_version()}: equations may "
+                "have changed; run anew, or resume it with that version"
+            )
+        try:
+            parts = unpack(found.content, {name: hint for name, (_, hint) in self._parts().items()})
+        except ValueError as error:
+            raise ConfigurationError(f"the checkpoint {shown(str(found.file))} cannot be taken up: {error}") from None
+        self.state = parts["state"]
+        clock: _Clock = parts["clock"]
+        self.stopped, self._target, self._solver_seconds = clock.stopped, clock.target, clock.solver_seconds
+        if clock.configuration != self.configuration.to_toml():
+            self.configuration = Configuration.from_toml(clock.configuration)
+            self.model = build(self.configuration, like=self.model)
+        for name, observer in self._kept_observers().items():
+            vars(observer).update(vars(parts[name]))
+        self.remarks += found.remarks
+        if found.head.start != self._start:
+            self.remarks.append(
+                f"resumed at t = {found.head.time:.6g} s on another machine or with other libraries: the start is not "
+                "reproduced to the bit, so this is not the result of an uninterrupted run to the bit"
+            )
+        if self._checkpoints is not None:
+            self._checkpoints.go_on_after(found)
+
+    def _parts(self) -> dict[str, tuple[Any, Any]]:
+        begun = self._begun_with
+        head = Head(self.state.step, self.time, begun.digest(), begun.to_toml(), code_version(), self._start)
+        clock = _Clock(self.configuration.to_toml(), self._target, self.stopped, self._solver_seconds)
+        parts: dict[str, tuple[Any, Any]] = {
+            "head": (head, Head),
+            "clock": (clock, _Clock),
+            "state": (self.state, State),
+        }
+        return parts | {name: (observer, type(observer)) for name, observer in self._kept_observers().items()}
+
+    def _kept_observers(self) -> dict[str, Observer]:
+        """The observers that checkpoints hold, by place and kind: dataclasses of plain data."""
+        named = {f"{place} {type(observer).__name__}": observer for place, observer in enumerate(self._observers)}
+        return {name: one for name, one in named.items() if is_dataclass(one) and packable(type(one))}
 
     def _follow_protocols(self) -> None:
         """Put the protocols' values at the start of the coming step in place, where they have changed."""
@@ -222,6 +305,23 @@ class Simulation:
             "event_words": np.array([event.words for event in events], dtype=object),
         }
         return arrays
+
+
+@dataclass(frozen=True)
+class _Clock:
+    """How a run stands beside its state: the configuration with its changes, and how far it is to go."""
+
+    configuration: str
+    target: float
+    stopped: str | None
+    solver_seconds: float
+
+
+def _hash_of_start(model: Model, state: State) -> str:
+    """Hash of the state before t = 0 with V0 and the pellet-free tube: equal where runs are equal to the bit."""
+    lumen = (model.lumen.reference_volume, float)
+    content = pack({"state": (state, State), "free radius": (model.free_radius, np.ndarray), "V0": lumen})
+    return hashlib.sha256(content).hexdigest()
 
 
 @contextmanager

@@ -24,6 +24,7 @@ EXAMPLES = {
         "peristalsis run baseline --set 'pellet.viscous_friction=120 mN*s/cm' --out out/thin",
         "peristalsis run baseline --set reflex.enabled=false --set 'run.duration=1 s' --out out/short",
         "peristalsis run --config my.toml --out out/mine --json",
+        "peristalsis run --config my.toml --out out/mine --resume",
     ),
     "list": ("peristalsis list", "peristalsis list --json"),
     "show": (
@@ -118,17 +119,22 @@ def run_(
         typer.Option("--out", metavar="DIR", help="Folder of the result; out/NAME unless given."),
     ] = None,
     overwrite: Overwrite = False,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="Go on from what an earlier run to this folder left, if anything."),
+    ] = False,
     as_json: Json = False,
     no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")] = False,
 ) -> Job:
     """Run a scenario, store its result, draw its pictures.
 
     The folder holds result.nc (every output with its unit), summary.json, config.toml and pictures. It
-    appears complete or not at all. A run that diverges or is interrupted stores its history up to there.
+    appears complete or not at all. A run that diverges or is interrupted stores its history up to there. Checkpoints
+    are written on the way: after a kill or a crash, --resume goes on from the last one, to the same bits.
     """
     from .running import Order, run
 
-    order = Order(Input(name, reading, settings or (), config), out, overwrite, not no_plots)
+    order = Order(Input(name, reading, settings or (), config), out, overwrite, not no_plots, resume)
     return Job(lambda screen: run(order, screen), name)
 
 

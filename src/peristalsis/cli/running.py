@@ -15,8 +15,8 @@ from .signals import Held, held_back
 from .streams import RunProgress, Screen, spelled
 
 if TYPE_CHECKING:
-    from ..config import Configuration
     from ..result import Result
+    from ..runner import KeptRun
 
 PICTURES = ("overview", "track", "diameter_map", "wall_shapes")
 """Drawn after every run, where they apply; `peristalsis plot` draws all."""
@@ -32,22 +32,30 @@ class Order:
     out: str | None
     overwrite: bool
     pictures: bool
+    resume: bool = False
 
 
 def run(order: Order, screen: Screen) -> int:
     """Carry out an order; the exit code."""
+    from ..runner import KeptRun
+
     configuration = order.input.configuration()
     screen.scenario = configuration.scenario
     target = Path("out", configuration.scenario) if order.out is None else Path(order.out)
-    refuse_target(target, order.overwrite)
+    refuse_target(target, order.overwrite or order.resume)
     screen.if_interrupted = "interrupted; nothing was written"
-    result, failure = _simulate(configuration, screen)
-    drawing = Drawing(result, wanted=order.pictures and not isinstance(failure, InterruptedRun))
-    try:
-        _save(result, target, order.overwrite, drawing)
-    except WriteError as error:
-        fields = _plain(result) | {"status": error.status, "error": str(error)}
-        return screen.fail(error, fields)
+    kept = KeptRun(configuration, target, order.resume, order.overwrite, screen.line)
+    if kept.finished is not None:
+        return _say_finished(kept.finished, target, screen)
+    with kept:
+        result, failure = _simulate(kept, screen)
+        drawing = Drawing(result, wanted=order.pictures and not isinstance(failure, InterruptedRun))
+        try:
+            _save(kept, result, drawing)
+        except WriteError as error:
+            fields = _plain(result) | {"status": error.status, "error": str(error)}
+            left = f" (a checkpoint is in {spelled(kept.workspace.folder)}: --resume goes on from it)"
+            return screen.fail(error, fields, also=left if kept.workspace.has_checkpoints() else "")
     screen.if_interrupted = f"interrupted; the result is in {spelled(target)}"
     if failure is not None:
         return screen.fail(failure, _plain(result), also=f" (saved in {spelled(target)})")
@@ -56,6 +64,16 @@ def run(order: Order, screen: Screen) -> int:
     if drawing.problem is not None:
         screen.warn(f"{drawing.problem}; the numbers are saved in {spelled(target)}")
     return InterruptedRun.exit_code if drawing.interrupted else 0
+
+
+def _say_finished(result: Result, target: Path, screen: Screen) -> int:
+    """What a run that needs no resuming came to; the exit code it had."""
+    if result.status == DivergenceError.status:
+        return screen.fail(DivergenceError(result.error or ""), _plain(result), also=f" (saved in {spelled(target)})")
+    screen.line(f"{spelled(target)} is finished: nothing is left to run")
+    screen.answer(_plain(result))
+    print_summary(result, target, (), screen)
+    return 0
 
 
 def refuse_target(target: Path, overwrite: bool) -> None:
@@ -75,11 +93,10 @@ def refuse_target(target: Path, overwrite: bool) -> None:
         ) from None
 
 
-def _simulate(configuration: Configuration, screen: Screen) -> tuple[Result, Failure | None]:
-    from ..simulation import Simulation
-
+def _simulate(kept: KeptRun, screen: Screen) -> tuple[Result, Failure | None]:
+    configuration = kept.configuration
     with RunProgress(screen, configuration.run.duration, configuration.pellet.enabled) as progress:
-        simulation = Simulation(configuration, progress=progress.see)
+        simulation = kept.begin(progress.see)
         for remark in simulation.remarks:
             screen.warn(remark)
         progress.start()
@@ -87,15 +104,15 @@ def _simulate(configuration: Configuration, screen: Screen) -> tuple[Result, Fai
     return result, simulation.failure
 
 
-def _save(result: Result, target: Path, overwrite: bool, drawing: Drawing) -> None:
+def _save(kept: KeptRun, result: Result, drawing: Drawing) -> None:
     try:
         with held_back() as held:
-            result.save(target, overwrite, extras=lambda folder: drawing.draw(folder, held))
+            kept.save(result, extras=lambda folder: drawing.draw(folder, held))
             drawing.interrupted = drawing.interrupted or held.asked
     except WriteError:
         raise
     except Exception as error:  # the file library has errors of its own when a disk is full
-        raise WriteError(f"could not write {spelled(target)}: {error}; choose another folder with --out") from None
+        raise WriteError(f"could not write {spelled(kept.target)}: {error}; choose another folder with --out") from None
 
 
 def _plain(result: Result) -> dict[str, object]:
