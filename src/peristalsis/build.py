@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .config import Configuration
 from .config import Layer as LayerConfiguration
@@ -11,13 +12,16 @@ from .control.reflex import Reflex
 from .control.sequence import Trigger
 from .geometry.grid import Grid
 from .model.equilibrium import LumenConstants, PelletConstants
-from .model.model import Layer, Model, PacemakerCell
+from .model.model import Layer, Model, PacemakerCell, Response
 from .pellet import sphere
+from .regions.sampling import factor_field
 from .tissue.cells.plant import CONDUCTANCES, CellConstants
 from .units import to_internal
 from .wall.active import ActiveConstants
 from .wall.membrane import WallConstants
 from .wall.passive import PassiveConstants
+
+Floats = NDArray[np.float64]
 
 
 def build(configuration: Configuration, like: Model | None = None) -> Model:
@@ -33,8 +37,8 @@ def build(configuration: Configuration, like: Model | None = None) -> Model:
     return Model(
         grid=grid,
         cell=cell,
-        longitudinal=_layer(c, c.longitudinal, grid),
-        circular=_layer(c, c.circular, grid),
+        longitudinal=_layer(c, "longitudinal", grid),
+        circular=_layer(c, "circular", grid),
         wall=_wall(c, grid),
         pellet=PelletConstants(
             present=c.pellet.enabled,
@@ -114,14 +118,31 @@ def _conductances(layer: LayerConfiguration, cells: int) -> np.ndarray:
     return np.repeat(np.array([[getattr(layer, name)] for name in CONDUCTANCES], dtype=float), cells, axis=1)
 
 
-def _layer(c: Configuration, layer: LayerConfiguration, grid: Grid) -> Layer:
+def _layer(c: Configuration, name: str, grid: Grid) -> Layer:
+    layer: LayerConfiguration = getattr(c, name)
+    conductances = _conductances(layer, grid.n_z * grid.n_theta)
+    for channel, row in zip(CONDUCTANCES, conductances, strict=True):
+        row *= np.ravel(_factors(c, name, channel, grid))
     return Layer(
-        conductances=_conductances(layer, grid.n_z * grid.n_theta),
+        conductances=conductances,
         diffusivity=diffusivity(c, layer),
         conducts=layer.conduction,
-        force_factor=layer.active,
+        force_factor=layer.active * _factors(c, name, "active", grid),
         threshold=layer.threshold,
+        conductivity=_factors(c, name, "conductivity", grid, at=0.5 * (grid.cells[1:] + grid.cells[:-1])),
+        response=Response(
+            *(_factors(c, name, key, grid) for key in ("pacemaker", "trigger", "excitation", "inhibition"))
+        ),
     )
+
+
+def _factors(c: Configuration, layer: str, quantity: str, grid: Grid, at: Floats | None = None) -> Floats | float:
+    """What the regions make of a quantity at the cells, or at other places: (n_z, n_theta), or 1 without any."""
+    if not c.regions:
+        return 1.0
+    places = grid.cells if at is None else at
+    field = factor_field(c.regions, layer, quantity, places, grid.angles, c.wall.radius)
+    return 1.0 if field is None else field
 
 
 def _wall(c: Configuration, grid: Grid) -> WallConstants:
@@ -150,7 +171,9 @@ def _pacemaker_cell(c: Configuration) -> PacemakerCell | None:
     conductances = _conductances(c.longitudinal, 1)
     conductances[CONDUCTANCES.index("slow_calcium"), 0] = c.pacemaker.cell_slow_calcium
     constants = cell_constants(c, c.pacemaker.cell_rate)
-    return PacemakerCell(constants, conductances, c.pacemaker.cell_coupling, c.pacemaker.width)
+    angle, sector = to_internal(c.pacemaker.angle, "deg"), to_internal(c.pacemaker.angular_width, "deg")
+    p = c.pacemaker
+    return PacemakerCell(constants, conductances, p.cell_coupling, p.width, p.place, angle, sector)
 
 
 def _trains(c: Configuration) -> tuple[tuple[PulseTrain, ...], tuple[PulseTrain, ...]]:
@@ -162,11 +185,12 @@ def _trains(c: Configuration) -> tuple[tuple[PulseTrain, ...], tuple[PulseTrain,
     if p.kind in ("pulse", "periodic"):
         count = 1 if p.kind == "pulse" else p.count
         late = c.trigger.delay if follows else 0.0
+        where = (p.place, p.place + p.width, to_internal(p.angle, "deg"), to_internal(p.angular_width, "deg"))
         onset = p.onset + max(0.0, -late)
-        longitudinal.append(PulseTrain(onset, p.period, count, p.duration, p.intensity, 0.0, p.width))
+        longitudinal.append(PulseTrain(onset, p.period, count, p.duration, p.intensity, *where))
         if follows:
             onset = p.onset + max(0.0, late)
-            circular.append(PulseTrain(onset, p.period, count, c.trigger.duration, c.trigger.intensity, 0.0, p.width))
+            circular.append(PulseTrain(onset, p.period, count, c.trigger.duration, c.trigger.intensity, *where))
     if c.rings.enabled:
         r = c.rings
         circular += [

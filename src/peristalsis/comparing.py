@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
     from numpy.typing import NDArray
 
+    from .config import Configuration
     from .result import Result
 
     Floats = NDArray[np.float64]
@@ -67,10 +70,20 @@ def value_of(summary: Mapping[str, Any], number: Number) -> Any:
 
 def changed_keys(runs: Mapping[str, Result]) -> dict[str, list[Any]]:
     """The parameters in which the runs differ, as they would stand in a file, one value a run."""
-    texts = [result.configuration.texts() for result in runs.values()]
+    texts = [_in_words(result.configuration) for result in runs.values()]
     return {
         key: [text[key] for text in texts] for key in texts[0] if any(text[key] != texts[0][key] for text in texts[1:])
     }
+
+
+def _in_words(configuration: Configuration) -> dict[str, Any]:
+    """Every input as it would stand in a file, but regions in a few words, and maps by a digest of their values."""
+    texts = configuration.texts()
+    words = "; ".join(region.words() for region in configuration.regions)
+    if any(region.shape.NAME == "map" for region in configuration.regions):
+        content = json.dumps(texts["regions"], sort_keys=True).encode("ascii")
+        words += f" (sha256 {hashlib.sha256(content).hexdigest()[:12]})"
+    return texts | {"regions": words or "none"}
 
 
 def diameters(result: Result) -> Floats:

@@ -28,10 +28,13 @@ from peristalsis.errors import ConfigurationError, UnknownKeyError, shown, sugge
 from peristalsis.parameters import PARAMETERS, READINGS, Parameter, Value, shipped
 from peristalsis.protocols import Protocol
 from peristalsis.protocols import parse as parse_protocol
+from peristalsis.regions import Region
+from peristalsis.regions import read as read_regions
+from peristalsis.regions import schema as regions_schema
 
 LAYERS = ("longitudinal", "circular")
 
-LARGEST_TEXT = 64 * 1024  # bytes of a configuration file
+LARGEST_TEXT = 512 * 1024  # bytes of a configuration file, which may hold maps
 
 WITHOUT_EFFECT = ("run.checkpoint",)
 """Parameters that change how a run is carried out and no number of it: they are not part of its digest."""
@@ -176,6 +179,9 @@ class Pacemaker(Section):
     cell_slow_calcium: float = parameter("pacemaker.cell_slow_calcium", ge=0, le=100)
     cell_rate: float = parameter("pacemaker.cell_rate", gt=0, le=1000)
     cell_coupling: float = parameter("pacemaker.cell_coupling", ge=0, le=1000)
+    place: float = parameter("pacemaker.place", ge=0, le=200)
+    angle: float = parameter("pacemaker.angle", ge=-360, le=360)
+    angular_width: float = parameter("pacemaker.angular_width", gt=0, le=360)
 
 
 class Trigger(Section):
@@ -292,6 +298,7 @@ class Configuration(BaseModel):
     protocols: tuple[str, ...] = Field(
         default=(), max_length=50, description="inputs that change in time, one line of text each"
     )
+    regions: tuple[Region, ...] = Field(default=(), description="parts of the wall whose tissue differs")
     pellet: Pellet = Field(default_factory=Pellet)
     lumen: Lumen = Field(default_factory=Lumen)
     wall: Wall = Field(default_factory=Wall)
@@ -349,16 +356,18 @@ class Configuration(BaseModel):
 
     def flat(self) -> dict[str, Value]:
         """Dotted key to value, in the canonical unit, in the order of the file."""
-        values: dict[str, Value] = {"reading": self.reading, "scenario": self.scenario, "protocols": self.protocols}
+        values: dict[str, Any] = {"reading": self.reading, "scenario": self.scenario, "protocols": self.protocols}
+        values["regions"] = self.regions
         for spec in FIELDS.values():
             values[spec.key] = getattr(getattr(self, spec.section), spec.name)
         return values
 
     def texts(self) -> dict[str, Any]:
         """Dotted key to value as it is written in a file: numbers with their units."""
-        return {
+        texts: dict[str, Any] = {
             key: units.written(value, FIELDS[key].unit if key in FIELDS else "") for key, value in self.flat().items()
         }
+        return texts | {"regions": [region.table() for region in self.regions]}
 
     def items(self, scenario: Configuration | None = None) -> Iterator[Entry]:
         """Every parameter with its unit, tag and source; changed values are tagged as such.
@@ -393,6 +402,12 @@ class Configuration(BaseModel):
         read = [parse_protocol(line, numbers) for line in lines]
         return tuple(protocol.text(numbers[protocol.parameter]) for protocol in read)
 
+    @field_validator("regions", mode="before")
+    @classmethod
+    def _read_regions(cls, value: object) -> object:
+        """Regions as data; files of maps are read in."""
+        return read_regions(value)
+
     def time_courses(self) -> tuple[Protocol, ...]:
         """The protocols as functions of time."""
         return tuple(parse_protocol(line, _numbers()) for line in self.protocols)
@@ -411,11 +426,15 @@ class Configuration(BaseModel):
         lines = ["# Complete configuration; every number that has a unit carries it."]
         section = ""
         for key, value in self.texts().items():
+            if key == "regions":
+                continue
             table, _, name = key.rpartition(".")
             if table != section:
                 lines += ["", f"[{table}]"]
                 section = table
             lines.append(f"{name} = {_toml(value)}")
+        for region in self.regions:
+            lines += ["", "[[regions]]", *(f"{name} = {_toml(value)}" for name, value in region.table().items())]
         return "\n".join(lines) + "\n"
 
     def digest(self) -> str:
@@ -457,10 +476,11 @@ def json_schema() -> dict[str, Any]:
     names: dict[str, Any] = {
         name: {"type": "string", "default": field.default, "description": field.description}
         for name, field in Configuration.model_fields.items()
-        if name not in (*_SECTIONS, "protocols")
+        if name not in (*_SECTIONS, "protocols", "regions")
     }
     lines = Configuration.model_fields["protocols"].description
     names["protocols"] = {"type": "array", "items": {"type": "string"}, "default": [], "description": lines}
+    names["regions"] = regions_schema()
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "peristalsis configuration",
@@ -562,7 +582,7 @@ def _numbers() -> dict[str, str]:
     return {key: spec.unit for key, spec in FIELDS.items() if spec.kind == "number"}
 
 
-KEYS = ("reading", "scenario", "protocols", *FIELDS)
+KEYS = ("reading", "scenario", "protocols", "regions", *FIELDS)
 
 
 def _parameters(reading: str) -> Iterator[tuple[str, Parameter]]:
@@ -636,7 +656,9 @@ def _reading_numbers(reading: str) -> dict[str, Any]:
 def _from_text(key: str, value: object) -> object:
     """The text of a command line, by the type of its field."""
     if not isinstance(value, str) or key not in FIELDS:
-        return [value] if key == "protocols" and isinstance(value, str) else value
+        if isinstance(value, str) and key in ("protocols", "regions"):
+            return [value] if key == "protocols" else _tables_of(value)
+        return value
     text = value.strip()
     match FIELDS[key].kind:
         case "switch":
@@ -649,6 +671,14 @@ def _from_text(key: str, value: object) -> object:
             return [item.strip().strip("'\"") for item in inner.split(",")] if inner else []
         case _:
             return text
+
+
+def _tables_of(text: str) -> object:
+    """Regions on a command line: the list as it would stand in a file, such as [{name = "a", ...}]."""
+    try:
+        return tomllib.loads(f"regions = {text}")["regions"]
+    except (ValueError, RecursionError):
+        return text
 
 
 # --- output ---------------------------------------------------------------------------------------

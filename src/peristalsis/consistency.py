@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from peristalsis import units
 from peristalsis.errors import ConfigurationError
 from peristalsis.parameters import PARAMETERS
+from peristalsis.regions import check as check_regions
 
 if TYPE_CHECKING:
     from peristalsis.config import Configuration, Wall
@@ -31,6 +32,7 @@ def check(config: Configuration) -> None:
         _check_pellet(config)
     _check_places(config)
     _check_control(config)
+    check_regions(config.regions, config.wall.length, config.wall.radius, config.grid.n_theta_conduction)
 
 
 def _check_protocols(config: Configuration) -> None:
@@ -111,6 +113,28 @@ def _check_places(config: Configuration) -> None:
     for key, place in places:
         if place > length:
             _refuse(key, f"{place} cm", "it lies beyond the anal end", f"use at most wall.length = {length} cm")
+    _check_pacemaker_place(config)
+
+
+def _check_pacemaker_place(config: Configuration) -> None:
+    pacemaker = config.pacemaker
+    if pacemaker.kind == "none":
+        return
+    room = config.wall.length - pacemaker.width
+    if pacemaker.place > room:
+        _refuse(
+            "pacemaker.place",
+            f"{pacemaker.place} cm",
+            f"with pacemaker.width = {pacemaker.width} cm the driven stretch reaches beyond the anal end",
+            f"use at most {room:.6g} cm",
+        )
+    if pacemaker.angular_width < 360.0 and config.grid.n_theta_conduction == 1:
+        _refuse(
+            "pacemaker.angular_width",
+            f"{pacemaker.angular_width} deg",
+            "grid.n_theta_conduction = 1 is one column, which cannot be driven in part",
+            "use 360 deg, or more columns",
+        )
 
 
 def _check_control(config: Configuration) -> None:

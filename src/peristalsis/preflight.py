@@ -36,7 +36,7 @@ def expected_error(size: float, foot: float, law: tuple[float, float, int]) -> f
 
 def remarks(configuration: Configuration) -> list[str]:
     """Warnings about grids too coarse for the wave; none for the shipped ones."""
-    found = []
+    found = [*_unseen_regions(configuration)]
     length = configuration.wall.length
     grids = (
         ("grid.n_z", configuration.grid.n_z, CELL_ERROR, "conduction cells"),
@@ -61,3 +61,20 @@ def remarks(configuration: Configuration) -> list[str]:
                 f"Use {needed} or more for {ACCEPTED:g} %"
             )
     return found
+
+
+def _unseen_regions(configuration: Configuration) -> list[str]:
+    """Regions so small that no conduction cell has its centre in them."""
+    import numpy as np
+
+    from .regions.sampling import reached
+
+    grid, wall = configuration.grid, configuration.wall
+    z = (np.arange(grid.n_z) + 0.5) * wall.length / grid.n_z
+    angle = 2.0 * np.pi * np.arange(grid.n_theta_conduction) / grid.n_theta_conduction
+    return [
+        f"region {region.name}: no conduction cell lies in it, so it has no effect; enlarge it, or raise grid.n_z or "
+        "grid.n_theta_conduction"
+        for region in configuration.regions
+        if not reached(region, z, angle, wall.radius)
+    ]

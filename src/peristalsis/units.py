@@ -27,6 +27,7 @@ _INTERNAL = {
     DIMENSIONLESS: 1.0,
     "cm": 1.0,
     "s": 1.0,
+    "deg": math.pi / 180.0,
     "ms": 1e-3,
     "1/ms": 1e3,
     "mV": 1.0,
@@ -49,7 +50,7 @@ CANONICAL_UNITS = tuple(_INTERNAL)
 # Offered when a unit is misspelled ("kpa").
 _FAMILIAR = (
     *CANONICAL_UNITS[1:],
-    *("mm", "m", "um", "N", "uN", "N/m", "N*s/m", "mN*s/m", "Pa", "mbar", "mmHg", "cmH2O", "g/cm^2"),
+    *("mm", "m", "um", "rad", "N", "uN", "N/m", "N*s/m", "mN*s/m", "Pa", "mbar", "mmHg", "cmH2O", "g/cm^2"),
     *("kg/m^2", "V", "mS/m", "S/m", "min", "us", "1/s", "percent"),
 )
 
@@ -85,9 +86,10 @@ def read(value: object, unit: str) -> float:
     if unit != DIMENSIONLESS:
         raise QuantityError(f"the unit is missing; {_write(unit)}")
     try:
-        return _finite(float(value), unit)
+        number = float(value)
     except (OverflowError, ValueError):
         raise QuantityError(f"the number is too large; {_write(unit)}") from None
+    return _finite(number, unit)
 
 
 def format_quantity(value: float, unit: str) -> str:

@@ -23,8 +23,9 @@ ALLOWED = {
     "errors": {"errors"},
     "parameters": {"parameters", "units", "errors"},
     "protocols": {"protocols", "units", "errors"},
-    "consistency": {"consistency", "config", "parameters", "units", "errors"},
-    "config": {"config", "consistency", "protocols", "parameters", "units", "errors"},
+    "regions": {"regions", "units", "errors"},
+    "consistency": {"consistency", "config", "parameters", "regions", "units", "errors"},
+    "config": {"config", "consistency", "protocols", "regions", "parameters", "units", "errors"},
 }
 """What each layer may import of the package; layers that are not named lie above all of these."""
 

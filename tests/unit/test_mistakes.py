@@ -104,6 +104,21 @@ MISTAKES = {
     "rings nowhere": Mistake(
         ("run", "segmentation", "--set", "rings.positions=[]"), ("rings.positions = []", "name one")
     ),
+    "region without its end": Mistake(
+        (*RUN, "--set", 'regions=[{name = "a", shape = "band", z_to = "1 cm"}]'),
+        ("regions: a: z_from is missing", "1 cm"),
+    ),
+    "region that one column cannot show": Mistake(
+        (
+            *RUN,
+            "--set",
+            'regions=[{name = "a", shape = "disc", z = "1 cm", angle = "0 deg", radius = "1 mm", leak = 0}]',
+        ),
+        ("regions: a", "grid.n_theta_conduction = 1", "band"),
+    ),
+    "region in words": setting("regions=the oral end", "not a list of tables", "[[regions]]"),
+    "map that is not there": file("[[regions]]\nname='a'\nshape='map'\nquantities='active'\nfile='b.csv'", "'b.csv'"),
+    "pacemaker beyond the tube": setting("pacemaker.place=9.9 cm", "use at most 9.7 cm"),
     # the same thing twice
     "key set twice": Mistake(
         (*RUN, "--set", "pellet.radius=1 cm", "--set", "pellet.radius=0.9 cm"),

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from peristalsis.control.pacemaker import PulseTrain
-from peristalsis.control.pulses import Pulse, add_pulses, covered, overlap_in_time
+from peristalsis.control.pulses import Pulse, add_pulses, covered, covered_around, overlap_in_time
 
 
 @given(
@@ -68,3 +68,23 @@ def test_single_pulse_is_found_after_its_onset_step() -> None:
     assert len(train.between(1.02, 1.03)) == 1
     assert train.between(1.05, 1.06) == []
     assert train.between(4.0, 4.1) == []
+
+
+@given(st.floats(-7.0, 7.0), st.floats(0.01, 6.2), st.integers(1, 64))
+def test_charge_around_the_ring_does_not_depend_on_angle_and_columns(angle: float, sector: float, columns: int) -> None:
+    """A sector brings its share of the ring wherever it lies, across the angle 0 too."""
+    drive = np.zeros((1, columns))
+    add_pulses([Pulse(0.0, 1.0, 0.0, 1.0, 2.0, angle, sector)], np.array([0.5]), 1.0, 0.0, 1.0, drive)
+    assert drive.mean() == pytest.approx(2.0 * sector / (2.0 * np.pi), rel=1e-9)
+    assert drive.max() <= 2.0 * (1.0 + 1e-9)
+
+
+def test_a_sector_lies_about_its_angle() -> None:
+    assert covered_around(8, np.pi / 2.0, np.pi / 2.0).tolist() == pytest.approx([0, 0.5, 1, 0.5, 0, 0, 0, 0])
+    assert covered_around(8, 0.0, 2.0 * np.pi).tolist() == [1.0] * 8
+
+
+def test_cells_answer_as_their_response_says() -> None:
+    drive = np.zeros((2, 3))
+    add_pulses([Pulse(0, 1, 0, 2, 2.0)], np.array([0.5, 1.5]), 1.0, 0.0, 1.0, drive, np.array([[0, 1, 2], [3, 4, 5]]))
+    assert drive.tolist() == [[0, 2, 4], [6, 8, 10]]

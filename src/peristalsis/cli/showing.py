@@ -56,10 +56,13 @@ def show(given: Input, section: str | None, toml: bool, screen: Screen) -> int:
         ("parameter", "value", "tag", "printed in the paper", "source"),
         ((entry.key, _as_text(texts[entry.key]), entry.tag, entry.printed, _origin(entry)) for entry in entries),
     )
+    if configuration.regions and section is None:
+        screen.table(("region and what it multiplies",), ((region.words(),) for region in configuration.regions))
     screen.answer(
         {
             "scenario": configuration.scenario,
             "reading": configuration.reading,
+            "regions": [region.table() for region in configuration.regions],
             "parameters": {entry.key: asdict(entry) | {"text": texts[entry.key]} for entry in entries},
         }
     )
@@ -77,9 +80,13 @@ def schema(screen: Screen) -> int:
 
 def validate(file: str, screen: Screen) -> int:
     """Whether a file is a valid configuration; what is wrong with it is the error."""
+    from .. import scenarios
+
     configuration = Input(None, file=file).configuration()
     screen.scenario = configuration.scenario
     changed = [entry.key for entry in _entries(configuration) if entry.tag == "set by user"]
+    if configuration.regions != scenarios.unchanged(configuration).regions:
+        changed.append("regions")
     screen.say(
         f"{spelled(file)} is valid: scenario {configuration.scenario}, reading {configuration.reading}, "
         f"{len(changed)} parameters changed" + (f" ({', '.join(changed)})" if changed else "")

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from .pulses import Pulse
+from .pulses import RING, Pulse
 
 
 class PulseTrain(NamedTuple):
-    """`pulses` pulses of `duration` every `period` [s] from `onset`, over z in [low, high] [cm], in uA/cm^2."""
+    """`pulses` pulses of `duration` every `period` [s] from `onset`, over z in [low, high] [cm], in uA/cm^2.
+
+    Around the ring they reach over `sector` [rad], centred at `angle`.
+    """
 
     onset: float
     period: float
@@ -17,6 +20,8 @@ class PulseTrain(NamedTuple):
     intensity: float
     low: float
     high: float
+    angle: float = 0.0
+    sector: float = RING
 
     def between(self, start: float, stop: float) -> list[Pulse]:
         """The pulses that are on at some time in [start, stop] [s]."""
@@ -29,5 +34,6 @@ class PulseTrain(NamedTuple):
             if begin >= stop:
                 break
             if begin + self.duration > start:
-                found.append(Pulse(begin, begin + self.duration, self.low, self.high, self.intensity))
+                end = begin + self.duration
+                found.append(Pulse(begin, end, self.low, self.high, self.intensity, self.angle, self.sector))
         return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -11,8 +12,12 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
+RING = 2.0 * math.pi
+"""The whole ring [rad]."""
+
+
 class Pulse(NamedTuple):
-    """A stimulus from time `begin` to `end` [s] over z in [low, high] [cm].
+    """A stimulus from time `begin` to `end` [s] over z in [low, high] [cm], around `angle` over `sector` [rad].
 
     strength: a current [uA/cm^2], inward positive, or an opened conductance [mS/cm^2]; who reads it knows which.
     """
@@ -22,12 +27,26 @@ class Pulse(NamedTuple):
     low: float
     high: float
     strength: float
+    angle: float = 0.0
+    sector: float = RING
 
 
 def covered(edges_low: Floats, edges_high: Floats, low: float, high: float) -> Floats:
     """Share of each cell [edges_low, edges_high] inside [low, high]: exact at partly covered cells."""
     inside = np.minimum(edges_high, high) - np.maximum(edges_low, low)
     return np.clip(inside, 0.0, None) / (edges_high - edges_low)
+
+
+def covered_around(columns: int, angle: float, sector: float) -> Floats:
+    """Share of each column, centred at 2 pi j / columns, inside the sector of `sector` [rad] centred at `angle`."""
+    if sector >= RING * (1.0 - 1e-12):
+        return np.ones(columns)
+    half = math.pi / columns
+    offset = (RING * np.arange(columns) / columns - angle + math.pi) % RING - math.pi
+    share = np.zeros(columns)
+    for turn in (-RING, 0.0, RING):  # a column may reach around to both ends of the sector
+        share += covered(offset + turn - half, offset + turn + half, -0.5 * sector, 0.5 * sector)
+    return share
 
 
 def overlap_in_time(begin: Floats | float, end: Floats | float, start: float, stop: float) -> Floats:
@@ -37,11 +56,21 @@ def overlap_in_time(begin: Floats | float, end: Floats | float, start: float, st
 
 
 def add_pulses(
-    pulses: Iterable[Pulse], cells: Floats, cell_size: float, start: float, stop: float, drive: Floats
+    pulses: Iterable[Pulse],
+    cells: Floats,
+    cell_size: float,
+    start: float,
+    stop: float,
+    drive: Floats,
+    response: Floats | float = 1.0,
 ) -> None:
-    """Add the mean strength of every pulse over the step [start, stop] to `drive`, shape (n_z, n_theta)."""
+    """Add the mean strength of every pulse over the step [start, stop] to `drive`, shape (n_z, n_theta).
+
+    response: factor on what the cells get, a number or of the shape of `drive`.
+    """
     for pulse in pulses:
         share = float(overlap_in_time(pulse.begin, pulse.end, start, stop))
         if share > 0.0:
             where = covered(cells - 0.5 * cell_size, cells + 0.5 * cell_size, pulse.low, pulse.high)
-            drive += (pulse.strength * share * where)[:, None]
+            around = covered_around(drive.shape[1], pulse.angle, pulse.sector)
+            drive += (pulse.strength * share * where)[:, None] * around * response

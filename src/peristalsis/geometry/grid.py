@@ -44,6 +44,11 @@ class Grid:
         return np.asarray((np.arange(self.n_z) + 0.5) * self.cell_size, dtype=np.float64)
 
     @cached_property
+    def angles(self) -> Floats:
+        """Centres of the columns around the tube [rad], shape (n_theta,); the first is at 0."""
+        return np.asarray(2.0 * np.pi * np.arange(self.n_theta) / self.n_theta, dtype=np.float64)
+
+    @cached_property
     def nodes(self) -> Floats:
         """Wall nodes [cm], shape (n_z_wall + 1,)."""
         return np.linspace(0.0, self.length, self.n_z_wall + 1)

@@ -14,7 +14,7 @@ from ..control.sequence import quiet
 from ..errors import DivergenceError
 from ..geometry.tube import lumen_volume
 from ..tissue.cells import plant
-from ..tissue.rest import RestState, rest_state
+from ..tissue.rest import RestState, rest_state, rest_states
 from ..wall.passive import passive_tension
 from .equilibrium import CONVERGED, REASONS, LumenConstants, Step, solve_equilibrium
 from .model import Layer, Model
@@ -77,16 +77,18 @@ def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, l
     potential, gates = np.empty(shape).ravel(), np.empty((4, shape[0] * shape[1]))
     remarks = []
     patterns, which = np.unique(layer.conductances, axis=1, return_inverse=True)
-    for k in range(patterns.shape[1]):
-        rest = rest_state(patterns[:, k], model.cell, model.tables[0], model.exact_kinetics)
-        cells = np.ravel(which) == k
-        potential[cells] = rest.potential
-        gates[:, cells] = np.array(rest.gates)[:, None]
-        if not rest.stable:
-            remarks.append(
-                f"{name} layer: no stable rest with slow_calcium = {patterns[plant.SLOW, k]:g} mS/cm^2 (steady state "
-                f"at {rest.potential:.2f} mV is unstable); the tissue starts there and will oscillate by itself"
-            )
+    states = rest_states(patterns, model.cell, model.tables[0], model.exact_kinetics)
+    kinds = np.ravel(which)
+    potential[:] = np.array([rest.potential for rest in states])[kinds]
+    gates[:] = np.array([rest.gates for rest in states]).T[:, kinds]
+    restless = [k for k, rest in enumerate(states) if not rest.stable]
+    if restless:
+        k = restless[0]
+        some = f" in {np.isin(kinds, restless).mean():.0%} of its cells, first" if len(states) > 1 else ""
+        remarks.append(
+            f"{name} layer: no stable rest{some} with slow_calcium = {patterns[plant.SLOW, k]:g} mS/cm^2 (steady state "
+            f"at {states[k].potential:.2f} mV is unstable); the tissue starts there and will oscillate by itself"
+        )
     unset = np.full(shape, np.nan)
     return SheetState(potential.reshape(shape), gates.reshape(4, *shape), unset, unset.copy()), remarks
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..control.pacemaker import PulseTrain
+from ..control.pulses import RING
 from ..control.reflex import Reflex
 from ..control.sequence import Trigger
 from ..errors import DivergenceError
@@ -38,24 +39,46 @@ def explicit_stages(rate: float, dt: float) -> Floats:
 
 
 @dataclass(frozen=True)
+class Response:
+    """Factors on what pacemaker, trigger and nerves bring to the cells of a layer: numbers, or (n_z, n_theta)."""
+
+    pacemaker: Floats | float = 1.0
+    trigger: Floats | float = 1.0
+    excitation: Floats | float = 1.0
+    inhibition: Floats | float = 1.0
+
+
+@dataclass(frozen=True)
 class Layer:
-    """One muscle layer: conductances [mS/cm^2] (5, n_cells), diffusivity at stretch 1 [cm^2/s], muscle."""
+    """One muscle layer: conductances [mS/cm^2] (5, n_cells), diffusivity at stretch 1 [cm^2/s], muscle.
+
+    force_factor: a number, or of the cells, (n_z, n_theta). conductivity: factor on the diffusivity, a number, or
+    of the inner faces along z, (n_z - 1, n_theta).
+    """
 
     conductances: Floats
     diffusivity: float
     conducts: bool
-    force_factor: float
+    force_factor: Floats | float
     threshold: float
+    conductivity: Floats | float = 1.0
+    response: Response = Response()
 
 
 @dataclass(frozen=True)
 class PacemakerCell:
-    """An autonomous cell at the oral end: its constants, conductances (5, 1), coupling [mS/cm^2], width [cm]."""
+    """An autonomous cell: its constants, conductances (5, 1), coupling [mS/cm^2], width [cm].
+
+    It is coupled to the stretch from `place` [cm] on, around the ring over `sector` centred at `angle` [rad].
+    """
 
     constants: CellConstants
     conductances: Floats
     coupling: float
     width: float
+    place: float = 0.0
+    angle: float = 0.0
+    sector: float = RING
 
 
 @dataclass(frozen=True)
@@ -115,5 +138,5 @@ class Model:
         rate += opened / self.cell.capacitance
         if layer.conducts:
             decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
-            rate += decay / float(stretch.min())
+            rate += decay * float(np.max(layer.conductivity)) / float(stretch.min())
         return explicit_stages(rate, self.dt_cell)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..control.pulses import add_pulses, covered
+from ..control.pulses import add_pulses, covered, covered_around
 from ..control.reflex import observe_stretch
 from ..control.sequence import observe_activation, observe_tension, trigger_current
 from ..errors import DivergenceError
@@ -103,26 +103,31 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
     grid = model.grid
     shape = (grid.n_z, grid.n_theta)
     stimuli = _Stimuli(*(_Stimulus(np.zeros(size), np.zeros(size)) for size in (shape, shape, (1, 1))))
-    for trains, layer in (
-        (model.longitudinal_trains, stimuli.longitudinal),
-        (model.circular_trains, stimuli.circular),
+    for trains, layer, stimulus in (
+        (model.longitudinal_trains, model.longitudinal, stimuli.longitudinal),
+        (model.circular_trains, model.circular, stimuli.circular),
     ):
         for train in trains:
-            add_pulses(train.between(start, stop), grid.cells, grid.cell_size, start, stop, layer.current)
-    current = stimuli.circular.current
-    add_pulses(state.reflex.excitation, grid.cells, grid.cell_size, start, stop, current)
-    current += trigger_current(model.trigger, state.trigger, start, stop)
+            pulses = train.between(start, stop)
+            add_pulses(pulses, grid.cells, grid.cell_size, start, stop, stimulus.current, layer.response.pacemaker)
+    current, response = stimuli.circular.current, model.circular.response
+    add_pulses(state.reflex.excitation, grid.cells, grid.cell_size, start, stop, current, response.excitation)
+    current += trigger_current(model.trigger, state.trigger, start, stop) * response.trigger
     inhibition = np.zeros(shape)
-    add_pulses(state.reflex.inhibition, grid.cells, grid.cell_size, start, stop, inhibition)
+    add_pulses(state.reflex.inhibition, grid.cells, grid.cell_size, start, stop, inhibition, response.inhibition)
     stimuli.circular.open(inhibition, model.cell.potassium_reversal)
     if model.pacemaker_cell is not None:
         # Each side sees the other's potential of the step before and its own of now: stable at any coupling.
         cell = model.pacemaker_cell
         edge = 0.5 * grid.cell_size
-        where = np.repeat(covered(grid.cells - edge, grid.cells + edge, 0.0, cell.width)[:, None], grid.n_theta, axis=1)
-        stimuli.longitudinal.open(cell.coupling * where, float(state.pacemaker.potential[0, 0]))
-        mean = float((where * state.longitudinal.potential).sum() / where.sum())
-        stimuli.pacemaker.open(np.full((1, 1), cell.coupling), mean)
+        along = covered(grid.cells - edge, grid.cells + edge, cell.place, cell.place + cell.width)
+        around = covered_around(grid.n_theta, cell.angle, cell.sector)
+        where = along[:, None] * around * model.longitudinal.response.pacemaker
+        reached = float(where.sum())
+        if reached > 0.0:  # a region may cut the cell off from all of the tissue
+            stimuli.longitudinal.open(cell.coupling * where, float(state.pacemaker.potential[0, 0]))
+            mean = float((where * state.longitudinal.potential).sum() / reached)
+            stimuli.pacemaker.open(np.full((1, 1), cell.coupling), mean)
     return stimuli
 
 
@@ -134,7 +139,7 @@ def _advance_layer(
     if layer.conducts:
         faces = np.empty((grid.n_z - 1, grid.n_theta))
         average(grid.elements_to_faces, stretch, faces)
-        coefficient = (layer.diffusivity * 1e-3 / (24.0 * grid.cell_size) ** 2) / faces
+        coefficient = (layer.diffusivity * 1e-3 / (24.0 * grid.cell_size) ** 2) / faces * layer.conductivity
     else:
         coefficient = np.empty((0, grid.n_theta))
     stages = model.stages(layer, stretch, float(stimulus.conductance.max()))

@@ -74,18 +74,36 @@ def rest_state(conductances: Floats, constants: CellConstants, table: Floats, ex
     found with the coefficients that the sheet uses (table or exact), so that the sheet starts without a twitch.
     Raises ValueError when there is no steady state in the range.
     """
-    column = np.ascontiguousarray(conductances, dtype=np.float64).reshape(5, 1)
+    return rest_states(np.reshape(conductances, (5, 1)), constants, table, exact)[0]
+
+
+def rest_states(conductances: Floats, constants: CellConstants, table: Floats, exact: bool = False) -> list[RestState]:
+    """As `rest_state`, for many cells at once: conductances of shape (5, n)."""
+    kinds = np.ascontiguousarray(conductances, dtype=np.float64)
+    units = np.array([[_steady_current(v, table, exact, unit, constants) for unit in _UNITS] for v in _SCAN])
+    states = []
+    for k in range(kinds.shape[1]):
+        # The steady current is linear in the conductances, so one scan of the gates serves every cell.
+        values = units @ kinds[:, k]
+        crossings = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
+        if crossings.size == 0:
+            raise ValueError("the cell has no steady state between -100 and 0 mV with these conductances")
+        low = int(crossings[0])
+        states.append(_settle(_SCAN[low], _SCAN[low + 1], kinds[:, k : k + 1].copy(), constants, table, exact))
+    return states
+
+
+_SCAN = np.linspace(-100.0, 0.0, 2001)
+_UNITS = tuple(np.ascontiguousarray(row.reshape(5, 1)) for row in np.eye(5))
+
+
+def _settle(low: float, high: float, column: Floats, constants: CellConstants, table: Floats, exact: bool) -> RestState:
+    """The steady state between two potentials."""
 
     def current(v: float) -> float:
         return _steady_current(v, table, exact, column, constants)
 
-    scan = np.linspace(-100.0, 0.0, 2001)
-    values = np.array([current(v) for v in scan])
-    crossings = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
-    if crossings.size == 0:
-        raise ValueError("the cell has no steady state between -100 and 0 mV with these conductances")
-    k = int(crossings[0])
-    v = float(brentq(current, scan[k], scan[k + 1], xtol=1e-14, rtol=1e-15))
+    v = float(brentq(current, low, high, xtol=1e-14, rtol=1e-15))
     gates, _ = _steady_gates(v, table, exact, constants)
     h, n, x, c = (float(value) for value in gates)
     stable = _is_stable(np.array([v, h, n, x, c]), column, constants)
