@@ -1,0 +1,230 @@
+"""The longitudinal layer as a bidomain of unequal anisotropy: the elliptic problem of Eqs. (6), (37), (38).
+
+Written for the correction u = phi_e/(1 - k) + k V/(1 - k), k = g_iz/(g_iz + g_oz), which is driven by variation around
+the ring alone. Without any it vanishes exactly, and the sheet is the cable of Eq. (6) to the last bit.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..numerics.compiled import compiled
+from ..numerics.cylinder import CylinderSolver
+from .surface import (
+    Conductivities,
+    Monodomain,
+    SurfaceOperator,
+    SurfaceSizes,
+    add_around,
+    diffuse_surface,
+)
+
+Floats = NDArray[np.float64]
+
+TOLERANCE = 1e-10
+"""Residual of the elliptic problem over its right-hand side, 2-norms, at which the iteration ends."""
+MOST_ITERATIONS = 300
+
+ROUNDING = 4.0 * 2.0**-52
+"""Right-hand sides below what this relative change of the potential would make are rounding, and count as zero."""
+LARGEST_RING_WEIGHT = 56.0**2
+"""Largest eigenvalue of the ring's stencil times (24 ds)^2."""
+
+
+class EllipticError(ArithmeticError):
+    """The elliptic problem has no solution, or none was found."""
+
+
+@compiled
+def _dot(a: np.ndarray, b: np.ndarray) -> float:
+    """Sum of products in a fixed order, by eight partial sums."""
+    partial = np.zeros(8)
+    whole = a.size - a.size % 8
+    for k in range(0, whole, 8):
+        for lane in range(8):
+            partial[lane] += a[k + lane] * b[k + lane]
+    total = 0.0
+    for lane in range(8):
+        total += partial[lane]
+    for k in range(whole, a.size):
+        total += a[k] * b[k]
+    return total
+
+
+@compiled
+def _step(solution: np.ndarray, residual: np.ndarray, inside: np.ndarray, image: np.ndarray, length: float) -> None:
+    """Move along the search direction `inside`, whose image under minus the operator is -image."""
+    for k in range(solution.size):
+        solution[k] += length * inside[k]
+        residual[k] += length * image[k]
+
+
+@compiled
+def _turn(inside: np.ndarray, ahead: np.ndarray, share: float) -> None:
+    """The next search direction: the preconditioned residual plus a share of the last direction."""
+    for k in range(inside.size):
+        inside[k] = ahead[k] + share * inside[k]
+
+
+def _varies(coefficient: Floats) -> bool:
+    return bool(np.any(coefficient != coefficient[:, :1]))
+
+
+class Bidomain:
+    """Eqs. (6) to (10) on the surface; arguments as for `surface.Monodomain`.
+
+    Build one for each wall step: what is factored, and the last solution as a first guess of the next, belong to its stretches.
+    tolerance: of the conjugate gradients, needed only where a stretch varies around the ring.
+    """
+
+    def __init__(
+        self,
+        diffusivity: float,
+        conductivities: Conductivities,
+        sizes: SurfaceSizes,
+        axial_stretch: Floats,
+        hoop_stretch: Floats,
+        tolerance: float = TOLERANCE,
+    ) -> None:
+        g = self.conductivities = conductivities
+        self._monodomain = Monodomain(diffusivity, g, sizes, axial_stretch, hoop_stretch)
+        self.along, self.around = self._monodomain.along, self._monodomain.around
+        # Everything below is divided by (g_iz + g_oz)/effective_axial, so that `along` serves both operators.
+        axial = (g.inner_axial + g.outer_axial) / g.effective_axial
+        inner = (1.0 - g.axial_share) * g.inner_around
+        self._around_both = self.around * ((g.inner_around + g.outer_around) / inner / axial)
+        self._drive_factor = g.mismatch / ((1.0 - g.axial_share) * inner * axial)
+        self._scale = 1.0 / axial
+        self._tolerance = tolerance
+        self._uniform = not (_varies(self.along) or _varies(self._around_both))
+        self._solver: CylinderSolver | None = None
+        n_z, n_theta = self.shape
+        self._first = 2 * n_theta
+        self._sum = np.empty((n_z + 4) * n_theta)
+        self._search = np.empty((n_z + 4) * n_theta)
+        self._flux = np.zeros((n_z + 3) * n_theta)
+        self._correction = np.zeros(n_z * n_theta)
+        self.solves = 0
+        """Banded solves over all modes so far."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Cells along z and around the ring."""
+        return self._monodomain.shape
+
+    @property
+    def ring_rate(self) -> float:
+        """Bound on what fluxes around the ring add to the largest decay rate along z [1/ms]."""
+        return self._monodomain.ring_rate
+
+    def apply(self, padded: Floats, rate: Floats) -> None:
+        """Conduction of the potential into `rate` [mV/ms]; see `surface.SurfaceOperator`. Raises EllipticError."""
+        inside = self._inside(padded)
+        correction = self.correction(inside)
+        if correction is None:
+            self._monodomain.apply(padded, rate)
+            return
+        np.add(inside, correction, out=self._inside(self._sum))
+        self._monodomain.apply(self._sum, rate)
+
+    def correction(self, potential: Floats) -> Floats | None:
+        """u of Eq. (37) [mV] for a flattened potential, mean zero; None where it vanishes."""
+        factor = self._drive_factor
+        if factor == 0.0:
+            return None
+        drive = np.zeros(potential.size)
+        add_around(potential, self.around, factor, drive)
+        largest = float(np.abs(drive).max())
+        weight = abs(factor) * float(self.around.max()) * LARGEST_RING_WEIGHT
+        if largest <= ROUNDING * weight * float(np.abs(potential).max()):
+            return None
+        if self._uniform:
+            self.solves += 1
+            return -self._direct().solve(drive.reshape(self.shape), with_mean=False).ravel()
+        self._correction = self._conjugate_gradients(-drive, self._correction)
+        return self._correction
+
+    def extracellular(self, potential: Floats, applied: Floats | None = None) -> Floats:
+        """Extracellular potential phi_e [mV], shape (n_z, n_theta), zero on the mean over the surface.
+
+        potential: V [mV], that shape. applied: current put into the interstitium over the capacitance [mV/ms], that shape; what
+        goes in must come out again, or no phi_e exists: EllipticError.
+        """
+        share = self.conductivities.axial_share
+        flat = np.ascontiguousarray(potential, dtype=np.float64).ravel()
+        found = -share * flat
+        correction = self.correction(flat)
+        if correction is not None:
+            found += (1.0 - share) * correction
+        if applied is not None:
+            found += self._answer_to(applied)
+        return (found - found.mean()).reshape(self.shape)
+
+    def _answer_to(self, applied: Floats) -> Floats:
+        """Extracellular potential of an applied current alone [mV], flattened."""
+        current = self._scale * np.ascontiguousarray(applied, dtype=np.float64).ravel()
+        total, size = math.fsum(current), math.fsum(np.abs(current))
+        if abs(total) > 1e-12 * size:
+            raise EllipticError(
+                f"the applied extracellular current sums to {total / size:.3g} of its size over the surface: what is put "
+                "into a sealed sheet must be taken out again; balance it"
+            )
+        if size == 0.0:
+            return current
+        if self._uniform:
+            self.solves += 1
+            return self._direct().solve(current.reshape(self.shape)).ravel()
+        return self._conjugate_gradients(current, np.zeros_like(current))
+
+    def _inside(self, padded: Floats) -> Floats:
+        return padded[self._first : padded.size - self._first]
+
+    def _direct(self) -> CylinderSolver:
+        """Solver of the operator averaged around the ring: the operator itself where stretches do not vary."""
+        if self._solver is None:
+            along, around = self.along.mean(axis=1), self._around_both.mean(axis=1)
+            if self._uniform:
+                along, around = self.along[:, 0], self._around_both[:, 0]
+            self._solver = CylinderSolver(np.ascontiguousarray(along), np.ascontiguousarray(around), self.shape[1])
+        return self._solver
+
+    def _conjugate_gradients(self, right: Floats, guess: Floats) -> Floats:
+        """Solve minus the operator of both media = right, from `guess`; both flattened and of zero mean."""
+        solver = self._direct()
+        search, along = self._search, self.along.ravel()
+        inside = self._inside(search)
+        image = np.empty_like(right)
+        solution = guess.copy()
+        inside[:] = guess
+        diffuse_surface(search, along, self._around_both, self._flux, image)
+        residual = right + image
+        limit = self._tolerance * math.sqrt(_dot(right, right))
+        product = 1.0
+        for iteration in range(MOST_ITERATIONS):
+            if math.sqrt(_dot(residual, residual)) <= limit:
+                return solution - solution.mean()
+            ahead = solver.solve(residual.reshape(self.shape)).ravel()
+            self.solves += 1
+            before, product = product, _dot(residual, ahead)
+            _turn(inside, ahead, product / before if iteration > 0 else 0.0)
+            diffuse_surface(search, along, self._around_both, self._flux, image)
+            _step(solution, residual, inside, image, -product / _dot(inside, image))
+        raise EllipticError(
+            f"the elliptic problem of the longitudinal layer did not reach a relative residual of {self._tolerance:g} in "
+            f"{MOST_ITERATIONS} iterations: the stretch varies too much around the ring, or is not finite"
+        )
+
+
+def surface_operator(
+    diffusivity: float,
+    conductivities: Conductivities,
+    sizes: SurfaceSizes,
+    axial_stretch: Floats,
+    hoop_stretch: Floats,
+) -> SurfaceOperator:
+    """The operator of a layer: Eq. (11) with equal anisotropy, where (6) reduces to it, and the bidomain otherwise."""
+    make = Monodomain if conductivities.mismatch == 0.0 else Bidomain
+    return make(diffusivity, conductivities, sizes, axial_stretch, hoop_stretch)

@@ -1,0 +1,80 @@
+"""One muscle sheet on the whole surface, advanced in time: the scheme of Eq. (31) with conduction in both directions."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cells import plant
+from .cells.plant import CellConstants
+from .sheet import first_stage, hold_gates, next_stage, note_activations
+from .surface import SurfaceOperator
+
+Floats = NDArray[np.float64]
+
+
+def advance_surface_sheet(
+    potential: Floats,
+    gates: Floats,
+    first_activation: Floats,
+    last_activation: Floats,
+    conductances: Floats,
+    operator: SurfaceOperator | None,
+    drive: Floats,
+    shunt: Floats,
+    time: float,
+    dt: float,
+    n_steps: int,
+    stages: Floats,
+    table: Floats,
+    half_table: Floats,
+    exact: bool,
+    activation_level: float,
+    constants: CellConstants,
+) -> int:
+    """Advance one sheet in place by n_steps of dt [ms] from `time` [ms]; -1, or the first cell out of range.
+
+    Arguments as for `sheet.advance_sheet`, flattened (z, theta), with an operator for the coefficients (None where cells do not conduct).
+    On fields without variation around the ring each column does what `advance_sheet` does, bit for bit.
+    Raises `bidomain.EllipticError` where the extracellular potential is not found.
+    """
+    size = potential.size
+    ring = 0 if operator is None else 2 * operator.shape[1]
+    if operator is not None and operator.shape[0] * operator.shape[1] != size:
+        raise ValueError(f"a sheet of {size} cells and an operator of shape {operator.shape}: they must be the same grid")
+    padded = np.zeros((3, size + 2 * ring))
+    inside = padded[:, ring : ring + size]
+    v = potential.copy()
+    spread, cubed, rate_0 = np.zeros(size), np.empty(size), np.empty(size)
+    held = np.empty((3, size))
+    calcium = constants.calcium_reversal
+    bad = plant.out_of_range(v)
+    if bad >= 0:
+        return int(bad)
+    plant.relax_gates(v, gates, half_table, exact, 0.5 * dt, constants, cubed)
+    for step in range(n_steps):
+        hold_gates(gates, conductances, drive, shunt, dt, constants, held)
+        inside[0] = v
+        for j in range(len(stages)):
+            last, new = inside[j % 3], inside[(j + 1) % 3]
+            if j > 0:
+                bad = plant.out_of_range(last)
+                if bad >= 0:
+                    return int(bad)
+                plant.activation_cubed(last, table, exact, cubed)
+            if operator is not None:
+                operator.apply(padded[j % 3], spread)
+            if j == 0:
+                first_stage(v, spread, cubed, held, dt, calcium, stages[0, 2], rate_0, new)
+            else:
+                older = inside[(j + 2) % 3]
+                next_stage(v, last, older, spread, cubed, held, dt, calcium, stages[j], rate_0, new)
+        new = inside[len(stages) % 3]
+        bad = plant.out_of_range(new)
+        if bad >= 0:
+            return int(bad)
+        note_activations(v, new, activation_level, time, step, dt, first_activation, last_activation)
+        whole = step < n_steps - 1
+        plant.relax_gates(v, gates, table if whole else half_table, exact, dt if whole else 0.5 * dt, constants, cubed)
+    potential[:] = v
+    return -1
