@@ -1,6 +1,7 @@
 """One wall surface, two grids: conduction cells and wall nodes over Lagrangian (z, theta).
 
-Arrays are indexed (n_z, n_theta), oral end first. n_theta = 1 is the axisymmetric model.
+Arrays are indexed (n_z, n_theta), oral end first. n_theta = 1 is the axisymmetric model. Column j of n stands at
+theta = 2 pi j/n on either grid, and its cells reach half a column to both sides; theta faces j + 1/2 lie between.
 """
 
 from __future__ import annotations
@@ -11,7 +12,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..numerics.transfer import Overlap, interpolation, overlap
+from ..numerics.transfer import (
+    Overlap,
+    average,
+    average_around,
+    interpolation,
+    overlap,
+    periodic_interpolation,
+    periodic_overlap,
+)
 
 Floats = NDArray[np.float64]
 
@@ -20,13 +29,24 @@ Floats = NDArray[np.float64]
 class Grid:
     """Lagrangian grids of a tube of the given length [cm]: conduction cells, wall nodes, and the ways between.
 
-    n_z conduction cells and n_z_wall wall elements (n_z_wall + 1 nodes) along z; n_theta columns around.
+    n_z conduction cells and n_z_wall wall elements (n_z_wall + 1 nodes) along z; n_theta columns of wall and
+    n_theta_conduction columns of cells around, a multiple of these (0: as many).
     """
 
     length: float
     n_z: int
     n_z_wall: int
     n_theta: int = 1
+    n_theta_conduction: int = 0
+
+    def __post_init__(self) -> None:
+        columns = self.n_theta_conduction or self.n_theta
+        if columns % self.n_theta != 0:
+            raise ValueError(
+                f"n_theta_conduction = {columns} is not a multiple of n_theta = {self.n_theta}: columns of the wall "
+                f"would have no cells of their own; use {self.n_theta * max(round(columns / self.n_theta), 1)}"
+            )
+        object.__setattr__(self, "n_theta_conduction", columns)
 
     @property
     def cell_size(self) -> float:
@@ -37,6 +57,20 @@ class Grid:
     def element_size(self) -> float:
         """Length of a wall element along z [cm]."""
         return self.length / self.n_z_wall
+
+    def column_width(self, radius: float) -> float:
+        """Width of a column of conduction cells on the undeformed tube of this radius [cm], an arc."""
+        return 2.0 * np.pi * radius / self.n_theta_conduction
+
+    @cached_property
+    def columns(self) -> Floats:
+        """Angles of the wall's columns [rad], shape (n_theta,)."""
+        return np.asarray(2.0 * np.pi * np.arange(self.n_theta) / self.n_theta, dtype=np.float64)
+
+    @cached_property
+    def cell_columns(self) -> Floats:
+        """Angles of the columns of conduction cells [rad], shape (n_theta_conduction,)."""
+        return np.asarray(2.0 * np.pi * np.arange(self.n_theta_conduction) / self.n_theta_conduction, dtype=np.float64)
 
     @cached_property
     def cells(self) -> Floats:
@@ -75,3 +109,61 @@ class Grid:
     @cached_property
     def _element_centres(self) -> Floats:
         return 0.5 * (self.nodes[1:] + self.nodes[:-1])
+
+    @cached_property
+    def nodes_to_cells(self) -> Overlap:
+        """Values at the wall nodes at the conduction cells, linear between nodes."""
+        return interpolation(self.nodes, self.cells)
+
+    @cached_property
+    def cell_columns_to_columns(self) -> Overlap:
+        """Averages of cell columns over the wall's columns, half a column to both sides of each."""
+        return periodic_overlap(self.n_theta_conduction, self.n_theta)
+
+    @cached_property
+    def columns_to_cell_columns(self) -> Overlap:
+        """Values on the wall's columns at the cell columns, linear around the ring."""
+        return periodic_interpolation(self.n_theta, self.n_theta_conduction)
+
+    @cached_property
+    def faces_to_cell_faces(self) -> Overlap:
+        """Values at the wall's theta faces j + 1/2 at those of the cell columns, linear around the ring."""
+        return periodic_interpolation(self.n_theta, self.n_theta_conduction, 0.5)
+
+    def half_elements_of_cells(self, field: Floats) -> Floats:
+        """A field of cells on the wall: (n_z, n_theta_conduction) to the half elements, (2 n_z_wall, n_theta).
+
+        Averages along z and around, Eqs. (33), (39): constants and the integral are kept.
+        """
+        coarse = np.empty((self.n_z, self.n_theta))
+        average_around(self.cell_columns_to_columns, field, coarse)
+        halves = np.empty((2 * self.n_z_wall, self.n_theta))
+        average(self.cells_to_half_elements, coarse, halves)
+        return halves
+
+    def elements_at_faces(self, field: Floats) -> Floats:
+        """A field of elements and wall columns at the inner z faces of the cells, shape (n_z - 1, n_theta_conduction).
+
+        field: (n_z_wall, n_theta). Linear along z and around, Eqs. (33), (39): the axial stretch for conduction.
+        """
+        return self._spread(self.elements_to_faces, self.n_z - 1, self.columns_to_cell_columns, field)
+
+    def elements_at_cells(self, field: Floats) -> Floats:
+        """A field of elements and wall columns at the cells: (n_z_wall, n_theta) to (n_z, n_theta_conduction)."""
+        return self._spread(self.elements_to_cells, self.n_z, self.columns_to_cell_columns, field)
+
+    def nodes_at_ring_faces(self, field: Floats) -> Floats:
+        """A field of nodes and theta faces at the theta faces of the cells, shape (n_z, n_theta_conduction).
+
+        field: (n_z_wall + 1, n_theta); field[:, j] stands at theta_j + half a column, as the hoop stretch between two columns does. Linear, Eq. (39).
+        """
+        return self._spread(self.nodes_to_cells, self.n_z, self.faces_to_cell_faces, field)
+
+    def _spread(self, along: Overlap, rows: int, around: Overlap, field: Floats) -> Floats:
+        coarse = np.empty((rows, self.n_theta))
+        average(along, field, coarse)
+        if self.n_theta_conduction == self.n_theta:
+            return coarse
+        fine = np.empty((rows, self.n_theta_conduction))
+        average_around(around, coarse, fine)
+        return fine

@@ -1,7 +1,7 @@
-"""A direct elliptic solver on the cylinder: Fourier modes around the ring, one banded system along z for each, Eq. (38).
+"""A direct elliptic solver on the cylinder: Fourier modes around the ring, a banded system along z for each, Eq. (38).
 
-The operator is the fourth-order staggered one of Eq. (30) in both directions. Coefficients may vary along z, not around:
-then the modes part. `scipy.fft` transforms, a compiled L D L^T with half bandwidth 3 solves, many modes abreast.
+The operator is the fourth-order staggered one of Eq. (30) in both directions. Its coefficients may vary along z, not
+around: then the modes part. `scipy.fft` transforms, a compiled L D L^T with half bandwidth 3 solves, many modes abreast.
 """
 
 from __future__ import annotations
@@ -82,12 +82,8 @@ def _solve(factor: np.ndarray, spectrum: np.ndarray, first: int, stop: int, work
             one, two, three = work[i + 2], work[i + 1], work[i]
             new = work[i + 3]
             for m in range(size):
-                new[0, m] = (
-                    right[m, 0] - here[1, m] * one[0, m] - here[2, m] * two[0, m] - here[3, m] * three[0, m]
-                )
-                new[1, m] = (
-                    right[m, 1] - here[1, m] * one[1, m] - here[2, m] * two[1, m] - here[3, m] * three[1, m]
-                )
+                new[0, m] = right[m, 0] - here[1, m] * one[0, m] - here[2, m] * two[0, m] - here[3, m] * three[0, m]
+                new[1, m] = right[m, 1] - here[1, m] * one[1, m] - here[2, m] * two[1, m] - here[3, m] * three[1, m]
         for i in range(n_z - 1, -1, -1):
             new = work[i + 3]
             pivot = factor[i, 0, begin : begin + size]

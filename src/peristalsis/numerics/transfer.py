@@ -57,6 +57,50 @@ def interpolation(source: Floats, target: Floats) -> Overlap:
     )
 
 
+def periodic_overlap(sources: int, targets: int) -> Overlap:
+    """Weights that turn averages over equal source cells into averages over equal target cells of a closed ring.
+
+    Cell k of n is centred at k/n of the ring. Targets must divide sources: each then takes the whole
+    sources around its own centre and, where their number is even, half of one on either side.
+    """
+    ratio = _ratio_of_rings(sources, targets)
+    reach = ratio // 2
+    row = np.full(2 * reach + 1, 1.0 / ratio)
+    if ratio % 2 == 0:
+        row[0] = row[-1] = 0.5 / ratio
+    indices = (ratio * np.arange(targets)[:, None] + np.arange(-reach, reach + 1)) % sources
+    return Overlap(
+        row.size * np.arange(targets + 1, dtype=np.int64),
+        indices.ravel().astype(np.int64),
+        np.tile(row, targets),
+    )
+
+
+def periodic_interpolation(sources: int, targets: int, offset: float = 0.0) -> Overlap:
+    """Weights that interpolate linearly around a closed ring, from places (k + offset)/sources to (j + offset)/targets.
+
+    offset 0 is for centres, 0.5 for the faces that follow them. As many targets as sources: nothing is changed.
+    """
+    ratio = _ratio_of_rings(targets, sources)
+    place = (np.arange(targets) + offset) / ratio - offset
+    left = np.floor(place)
+    share = place - left
+    first = left.astype(np.int64)
+    return Overlap(
+        2 * np.arange(targets + 1, dtype=np.int64),
+        (np.stack([first, first + 1], axis=1) % sources).ravel(),
+        np.stack([1.0 - share, share], axis=1).ravel(),
+    )
+
+
+def _ratio_of_rings(fine: int, coarse: int) -> int:
+    if coarse < 1 or fine % coarse != 0:
+        raise ValueError(
+            f"{fine} columns are not a multiple of {coarse}: choose one, so that every column keeps its place"
+        )
+    return fine // coarse
+
+
 @compiled
 def average(weights: Overlap, source: np.ndarray, target: np.ndarray) -> None:
     """Write the average of `source` (shape (n_source, n_theta)) over each target cell into `target`."""
@@ -66,3 +110,14 @@ def average(weights: Overlap, source: np.ndarray, target: np.ndarray) -> None:
             for k in range(weights.start[t], weights.start[t + 1]):
                 total += weights.weights[k] * source[weights.indices[k], j]
             target[t, j] = total
+
+
+@compiled
+def average_around(weights: Overlap, source: np.ndarray, target: np.ndarray) -> None:
+    """Write the average of `source` (shape (n, n_source)) over each target column into `target`, row by row."""
+    for i in range(target.shape[0]):
+        for t in range(target.shape[1]):
+            total = 0.0
+            for k in range(weights.start[t], weights.start[t + 1]):
+                total += weights.weights[k] * source[i, weights.indices[k]]
+            target[i, t] = total

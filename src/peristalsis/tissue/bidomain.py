@@ -18,15 +18,17 @@ from .surface import (
     Monodomain,
     SurfaceOperator,
     SurfaceSizes,
-    add_around,
+    around_ring,
     diffuse_surface,
 )
 
 Floats = NDArray[np.float64]
 
-TOLERANCE = 1e-10
+TOLERANCE = 1e-8
 """Residual of the elliptic problem over its right-hand side, 2-norms, at which the iteration ends."""
 MOST_ITERATIONS = 300
+KEPT_SOLUTIONS = 6
+"""Past solutions that make the first guess of the next; when they are complete, only the last is kept."""
 
 ROUNDING = 4.0 * 2.0**-52
 """Right-hand sides below what this relative change of the potential would make are rounding, and count as zero."""
@@ -55,11 +57,11 @@ def _dot(a: np.ndarray, b: np.ndarray) -> float:
 
 
 @compiled
-def _step(solution: np.ndarray, residual: np.ndarray, inside: np.ndarray, image: np.ndarray, length: float) -> None:
-    """Move along the search direction `inside`, whose image under minus the operator is -image."""
+def _move(solution: np.ndarray, residual: np.ndarray, direction: np.ndarray, image: np.ndarray, length: float) -> None:
+    """Move the solution along a direction, and the residual with it by the direction's image."""
     for k in range(solution.size):
-        solution[k] += length * inside[k]
-        residual[k] += length * image[k]
+        solution[k] += length * direction[k]
+        residual[k] -= length * image[k]
 
 
 @compiled
@@ -69,6 +71,41 @@ def _turn(inside: np.ndarray, ahead: np.ndarray, share: float) -> None:
         inside[k] = ahead[k] + share * inside[k]
 
 
+class _FirstGuess:
+    """The best combination of past solutions as a first guess.
+
+    Source: P. F. Fischer, Comput. Methods Appl. Mech. Engrg. 163 (1998) 193-204. Directions are kept orthonormal in the energy of the operator, with their images.
+    """
+
+    def __init__(self) -> None:
+        self._directions: list[Floats] = []
+        self._images: list[Floats] = []
+
+    def guess(self, right: Floats) -> tuple[Floats, Floats]:
+        """Guess and residual for a right-hand side."""
+        solution, residual = np.zeros_like(right), right.copy()
+        for direction, image in zip(self._directions, self._images, strict=True):
+            _move(solution, residual, direction, image, _dot(direction, right))
+        return solution, residual
+
+    def keep(self, solution: Floats, image: Floats) -> None:
+        """Take a new solution, and its image under the operator, into account."""
+        if len(self._directions) == KEPT_SOLUTIONS:
+            self._directions.clear()
+            self._images.clear()
+        rest, image = solution.copy(), image.copy()
+        whole = _dot(rest, image)
+        for old, its_image in zip(self._directions, self._images, strict=True):
+            share = _dot(its_image, solution)
+            rest -= share * old
+            image -= share * its_image
+        energy = _dot(rest, image)
+        if energy > 1e-20 * whole > 0.0:
+            norm = 1.0 / math.sqrt(energy)
+            self._directions.append(rest * norm)
+            self._images.append(image * norm)
+
+
 def _varies(coefficient: Floats) -> bool:
     return bool(np.any(coefficient != coefficient[:, :1]))
 
@@ -76,7 +113,8 @@ def _varies(coefficient: Floats) -> bool:
 class Bidomain:
     """Eqs. (6) to (10) on the surface; arguments as for `surface.Monodomain`.
 
-    Build one for each wall step: what is factored, and the last solution as a first guess of the next, belong to its stretches.
+    Build one for each wall step: what is factored, and the past solutions that make the next first guess, belong to
+    its stretches, and no solution is carried from step to step unseen by the state.
     tolerance: of the conjugate gradients, needed only where a stretch varies around the ring.
     """
 
@@ -103,10 +141,9 @@ class Bidomain:
         self._solver: CylinderSolver | None = None
         n_z, n_theta = self.shape
         self._first = 2 * n_theta
-        self._sum = np.empty((n_z + 4) * n_theta)
-        self._search = np.empty((n_z + 4) * n_theta)
-        self._flux = np.zeros((n_z + 3) * n_theta)
-        self._correction = np.zeros(n_z * n_theta)
+        self._sum = np.zeros((n_z + 4) * n_theta)
+        self._search = np.zeros((n_z + 4) * n_theta)
+        self._first_guess = _FirstGuess()
         self.solves = 0
         """Banded solves over all modes so far."""
 
@@ -135,8 +172,8 @@ class Bidomain:
         factor = self._drive_factor
         if factor == 0.0:
             return None
-        drive = np.zeros(potential.size)
-        add_around(potential, self.around, factor, drive)
+        drive = np.empty(potential.size)
+        around_ring(potential, self.around, factor, drive)
         largest = float(np.abs(drive).max())
         weight = abs(factor) * float(self.around.max()) * LARGEST_RING_WEIGHT
         if largest <= ROUNDING * weight * float(np.abs(potential).max()):
@@ -144,14 +181,13 @@ class Bidomain:
         if self._uniform:
             self.solves += 1
             return -self._direct().solve(drive.reshape(self.shape), with_mean=False).ravel()
-        self._correction = self._conjugate_gradients(-drive, self._correction)
-        return self._correction
+        return self._conjugate_gradients(-drive)
 
     def extracellular(self, potential: Floats, applied: Floats | None = None) -> Floats:
         """Extracellular potential phi_e [mV], shape (n_z, n_theta), zero on the mean over the surface.
 
-        potential: V [mV], that shape. applied: current put into the interstitium over the capacitance [mV/ms], that shape; what
-        goes in must come out again, or no phi_e exists: EllipticError.
+        potential: V [mV], that shape. applied: current put into the interstitium over the capacitance [mV/ms], that
+        shape; what goes in must come out again, or no phi_e exists: EllipticError.
         """
         share = self.conductivities.axial_share
         flat = np.ascontiguousarray(potential, dtype=np.float64).ravel()
@@ -169,15 +205,15 @@ class Bidomain:
         total, size = math.fsum(current), math.fsum(np.abs(current))
         if abs(total) > 1e-12 * size:
             raise EllipticError(
-                f"the applied extracellular current sums to {total / size:.3g} of its size over the surface: what is put "
-                "into a sealed sheet must be taken out again; balance it"
+                f"the applied extracellular current sums to {total / size:.3g} of its size over the surface: what is "
+                "put into a sealed sheet must be taken out again; balance it"
             )
         if size == 0.0:
             return current
         if self._uniform:
             self.solves += 1
             return self._direct().solve(current.reshape(self.shape)).ravel()
-        return self._conjugate_gradients(current, np.zeros_like(current))
+        return self._conjugate_gradients(current)
 
     def _inside(self, padded: Floats) -> Floats:
         return padded[self._first : padded.size - self._first]
@@ -191,29 +227,28 @@ class Bidomain:
             self._solver = CylinderSolver(np.ascontiguousarray(along), np.ascontiguousarray(around), self.shape[1])
         return self._solver
 
-    def _conjugate_gradients(self, right: Floats, guess: Floats) -> Floats:
-        """Solve minus the operator of both media = right, from `guess`; both flattened and of zero mean."""
+    def _conjugate_gradients(self, right: Floats) -> Floats:
+        """Solve minus the operator of both media = right, flattened and of zero mean."""
         solver = self._direct()
-        search, along = self._search, self.along.ravel()
-        inside = self._inside(search)
+        solution, residual = self._first_guess.guess(right)
+        inside = self._inside(self._search)
         image = np.empty_like(right)
-        solution = guess.copy()
-        inside[:] = guess
-        diffuse_surface(search, along, self._around_both, self._flux, image)
-        residual = right + image
         limit = self._tolerance * math.sqrt(_dot(right, right))
         product = 1.0
         for iteration in range(MOST_ITERATIONS):
             if math.sqrt(_dot(residual, residual)) <= limit:
-                return solution - solution.mean()
+                solution -= solution.mean()
+                self._first_guess.keep(solution, right - residual)
+                return solution
             ahead = solver.solve(residual.reshape(self.shape)).ravel()
             self.solves += 1
             before, product = product, _dot(residual, ahead)
             _turn(inside, ahead, product / before if iteration > 0 else 0.0)
-            diffuse_surface(search, along, self._around_both, self._flux, image)
-            _step(solution, residual, inside, image, -product / _dot(inside, image))
+            diffuse_surface(self._search, self.along, self._around_both, image)
+            np.negative(image, out=image)
+            _move(solution, residual, inside, image, product / _dot(inside, image))
         raise EllipticError(
-            f"the elliptic problem of the longitudinal layer did not reach a relative residual of {self._tolerance:g} in "
+            f"the elliptic problem of the longitudinal layer did not reach a residual of {self._tolerance:g} in "
             f"{MOST_ITERATIONS} iterations: the stretch varies too much around the ring, or is not finite"
         )
 

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..numerics.compiled import compiled
-from .conduction import SPECTRAL_FACTOR, diffuse, fill_ghosts
+from .conduction import SPECTRAL_FACTOR, fill_ghosts
 
 Floats = NDArray[np.float64]
 
 RING_ALLOWANCE = 0.05
-"""Share of the stability reserve that fluxes around the ring may use up before they cost stages, Eq. (31)."""
+"""Share of the rate along z that fluxes around the ring may add before they cost stages, Eq. (31): half the reserve."""
 
 
 class Conductivities(NamedTuple):
@@ -81,47 +81,74 @@ class SurfaceOperator(Protocol):
 
 
 @compiled
-def add_around(potential: np.ndarray, coefficient: np.ndarray, factor: float, rate: np.ndarray) -> None:
-    """Add factor * d/ds (coefficient dV/ds) at every cell to `rate`, both flattened, fourth order on the closed ring.
+def _ring_fluxes(row: np.ndarray, coefficient: np.ndarray, factor: float, closed: np.ndarray, flux: np.ndarray) -> None:
+    """Fluxes around one ring: those of the faces -3/2, -1/2, 1/2 ... n + 1/2 into flux[0 ... n + 2].
 
-    coefficient: at the faces j + 1/2 over (24 ds)^2, shape (n_z, n_theta). What one cell gains its neighbour loses,
-    so each ring's sum is kept; a ring without variation is left exactly as it is.
+    closed: work of size n + 3, as flux.
     """
-    n_z, n = coefficient.shape
-    closed = np.empty(n + 3)
-    flux = np.empty(n + 3)
-    for i in range(n_z):
-        row = potential[i * n : (i + 1) * n]
-        gain = rate[i * n : (i + 1) * n]
-        closed[0] = row[n - 1]
-        closed[1 : n + 1] = row
-        closed[n + 1] = row[0]
-        closed[n + 2] = row[1 % n]
-        for j in range(n):
-            flux[j + 2] = (
-                factor * coefficient[i, j] * (closed[j] - closed[j + 3] + 27.0 * (closed[j + 2] - closed[j + 1]))
-            )
-        flux[0] = flux[2 + (2 * n - 2) % n]
-        flux[1] = flux[n + 1]
-        last = flux[2]
-        for j in range(n - 1):
-            gain[j] += flux[j] - flux[j + 3] + 27.0 * (flux[j + 2] - flux[j + 1])
-        gain[n - 1] += flux[n - 1] - last + 27.0 * (flux[n + 1] - flux[n])
+    n = row.size
+    closed[0] = row[n - 1]
+    closed[1 : n + 1] = row
+    closed[n + 1] = row[0]
+    closed[n + 2] = row[1 % n]
+    for j in range(n):
+        flux[j + 2] = factor * coefficient[j] * (closed[j] - closed[j + 3] + 27.0 * (closed[j + 2] - closed[j + 1]))
+    flux[0] = flux[2 + (2 * n - 2) % n]
+    flux[1] = flux[n + 1]
+    flux[n + 2] = flux[2]
 
 
 @compiled
-def diffuse_surface(
-    padded: np.ndarray, along: np.ndarray, around: np.ndarray, flux: np.ndarray, rate: np.ndarray
-) -> None:
-    """Divergence of the fluxes along z and around the ring, into `rate`; fills the ghost rings of `padded`.
+def around_ring(potential: np.ndarray, coefficient: np.ndarray, factor: float, rate: np.ndarray) -> None:
+    """factor * d/ds (coefficient dV/ds) at every cell into `rate`, both flattened, fourth order on the closed ring.
 
-    along: (n_z - 1)*n_theta over (24 h)^2, flattened; around: (n_z, n_theta) over (24 ds)^2; flux: work of size
-    (n_z + 3)*n_theta, zero at the start.
+    coefficient: at the faces j + 1/2 over (24 ds)^2, shape (n_z, n_theta). What one cell gains its neighbour loses,
+    so each ring's sum is kept; without variation around the ring the result is exactly zero.
     """
-    n_theta = around.shape[1]
-    fill_ghosts(padded, n_theta)
-    diffuse(padded, along, flux, rate, n_theta)
-    add_around(padded[2 * n_theta : padded.size - 2 * n_theta], around, 1.0, rate)
+    n_z, n = coefficient.shape
+    closed, flux = np.empty(n + 3), np.empty(n + 3)
+    for i in range(n_z):
+        _ring_fluxes(potential[i * n : (i + 1) * n], coefficient[i], factor, closed, flux)
+        gain = rate[i * n : (i + 1) * n]
+        for j in range(n):
+            gain[j] = flux[j] - flux[j + 3] + 27.0 * (flux[j + 2] - flux[j + 1])
+
+
+@compiled
+def diffuse_surface(padded: np.ndarray, along: np.ndarray, around: np.ndarray, rate: np.ndarray) -> None:
+    """Divergence of the fluxes along z and around the ring, flattened, into `rate`; fills the ghosts of `padded`.
+
+    padded: potential with two ghost rings a side, size (n_z + 4)*n_theta. along: at the inner z faces over (24 h)^2,
+    (n_z - 1, n_theta). around: (n_z, n_theta) over (24 ds)^2. Along z the arithmetic of `conduction.diffuse`, ring
+    by ring, so that fluxes stay in cache.
+    """
+    n_z, n = around.shape
+    fill_ghosts(padded, n)
+    closed, ring = np.empty(n + 3), np.empty(n + 3)
+    flux = np.zeros((4, n))  # faces i - 2 ... i + 1 of cell i, each in the row (face + 2) % 4
+    for face in range(-1, n_z + 1):
+        here = flux[(face + 2) % 4]
+        if face < 0 or face == n_z - 1:
+            here[:] = 0.0
+        elif face == n_z:
+            here[:] = -flux[(face + 4) % 4]
+        else:
+            base = face + 1
+            for j in range(n):
+                before, left = padded[base * n + j], padded[(base + 1) * n + j]
+                right, after = padded[(base + 2) * n + j], padded[(base + 3) * n + j]
+                here[j] = along[face, j] * (before - after + 27.0 * (right - left))
+        if face == 0:
+            flux[0] = -here
+        i = face - 1
+        if i < 0:
+            continue
+        one, two, three = flux[i % 4], flux[(i + 1) % 4], flux[(i + 2) % 4]
+        _ring_fluxes(padded[(i + 2) * n : (i + 3) * n], around[i], 1.0, closed, ring)
+        gain = rate[i * n : (i + 1) * n]
+        for j in range(n):
+            axial = one[j] - here[j] + 27.0 * (three[j] - two[j])
+            gain[j] = axial + (ring[j] - ring[j + 3] + 27.0 * (ring[j + 2] - ring[j + 1]))
 
 
 class Monodomain:
@@ -153,7 +180,6 @@ class Monodomain:
         self.along = (diffusivity * 1e-3 / (24.0 * sizes.axial) ** 2) / axial_stretch
         inner = (1.0 - g.axial_share) * g.inner_around
         self.around = (self._scale * inner / (24.0 * sizes.around) ** 2) / hoop_stretch
-        self._flux = np.zeros((n_z + 3) * n_theta)
         shortest = float(axial_stretch.min()) if n_z > 1 else math.inf
         self._fastest = (
             4.0 * SPECTRAL_FACTOR / (sizes.axial**2 * shortest),
@@ -181,14 +207,14 @@ class Monodomain:
 
     def apply(self, padded: Floats, rate: Floats) -> None:
         """Conduction of the potential into `rate` [mV/ms]; see `SurfaceOperator`."""
-        diffuse_surface(padded, self.along.ravel(), self.around, self._flux, rate)
+        diffuse_surface(padded, self.along, self.around, rate)
 
 
 def stability_rate(rate: float, ring_rate: float) -> float:
     """Decay rate [1/ms] for which an explicit step must have stages, Eq. (31).
 
     rate: of conduction along z with the currents, as on one column. ring_rate: `SurfaceOperator.ring_rate`. Stages
-    are counted with a tenth in hand, and the ring may use up to a twentieth of it: so a sheet whose columns are much wider
-    than its cells are long takes exactly the steps of one column.
+    are counted with a tenth in hand, and the ring may use up half of it: so a sheet whose columns are much
+    wider than its cells are long takes exactly the steps of one column.
     """
     return max(rate, (rate + ring_rate) / (1.0 + RING_ALLOWANCE))

@@ -1,4 +1,4 @@
-"""One muscle sheet on the whole surface, advanced in time: the scheme of Eq. (31) with conduction in both directions."""
+"""One muscle sheet on the whole surface, advanced in time: Eq. (31) with conduction in both directions."""
 
 from __future__ import annotations
 
@@ -34,14 +34,17 @@ def advance_surface_sheet(
 ) -> int:
     """Advance one sheet in place by n_steps of dt [ms] from `time` [ms]; -1, or the first cell out of range.
 
-    Arguments as for `sheet.advance_sheet`, flattened (z, theta), with an operator for the coefficients (None where cells do not conduct).
+    Arguments as for `sheet.advance_sheet`, flattened (z, theta), with an operator in place of the coefficients
+    (None where cells do not conduct).
     On fields without variation around the ring each column does what `advance_sheet` does, bit for bit.
     Raises `bidomain.EllipticError` where the extracellular potential is not found.
     """
     size = potential.size
     ring = 0 if operator is None else 2 * operator.shape[1]
     if operator is not None and operator.shape[0] * operator.shape[1] != size:
-        raise ValueError(f"a sheet of {size} cells and an operator of shape {operator.shape}: they must be the same grid")
+        raise ValueError(
+            f"a sheet of {size} cells and an operator of shape {operator.shape}: they must be the same grid"
+        )
     padded = np.zeros((3, size + 2 * ring))
     inside = padded[:, ring : ring + size]
     v = potential.copy()
