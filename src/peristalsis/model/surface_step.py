@@ -1,0 +1,183 @@
+"""One implicit step of the wall on the whole surface: from states to `surface_equilibrium` and back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.surface import from_frames, rates_from_frames, rates_to_frames, to_frames
+from ..numerics.rates import rate_formula
+from ..numerics.ring_blocks import pad
+from ..pellet.friction import sliding_velocity
+from ..pellet.surface_contact import force_on_pellet, measure_contact
+from ..wall.surface import measure_edges, new_edges
+from ..wall.surface_regularisers import SurfaceConstants, patch_shear
+from .equilibrium import CONVERGED, OUT_OF_RANGE, Step
+from .model import Model
+from .state import PelletState, WallState
+from .surface_equilibrium import Sideways, SurfaceProblem, SurfaceVerdict, solve_surface
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SurfaceSolved:
+    """What a step of the wall left behind and what it took; `krylov` counts iterations of the linear solver.
+
+    sideways: place of the pellet across the axis [cm], (0, 0) while it is kept on the axis.
+    """
+
+    wall: WallState
+    pellet: PelletState
+    pressure: float
+    iterations: int
+    assemblies: int
+    solves: int
+    krylov: int
+    sideways: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """Stretches of a surface: of the edges along z (n - 1, m), around (n, m), and the shear of patches (n - 1, m)."""
+
+    stretch: Floats
+    hoop: Floats
+    shear: Floats
+
+
+def kinematics(model: Model, places: Floats) -> Kinematics | None:
+    """Stretches and shear at places (n, 3, m); None when one is out of range."""
+    n, _, m = places.shape
+    padded, edges, shear = np.empty((n, 3, m + 2)), new_edges(n, m), np.empty((n - 1, m))
+    pad(places, padded)
+    if not measure_edges(padded, model.wall, edges):
+        return None
+    patch_shear(padded, model.wall, shear)
+    return Kinematics(edges.stretch[:, 1:-1].copy(), edges.hoop[:, 1:-1].copy(), shear)
+
+
+def try_surface_wall(
+    model: Model,
+    wall: WallState,
+    pellet: PelletState,
+    pressure: float,
+    drive: Floats,
+    dt: float,
+    surface: SurfaceConstants,
+    sideways: tuple[float, float] = (0.0, 0.0),
+    sideways_friction: float | None = None,
+) -> tuple[int, SurfaceSolved | None]:
+    """One implicit step `dt` [s]; None with the reason's code (`equilibrium.REASONS`) when it does not converge.
+
+    drive: (2, 2 n_z_wall, n_theta) [mV] at the end of the step. sideways: place of the pellet across the axis [cm] in the
+    frame of column 0; it moves only if `sideways_friction` [mN s/cm] is given, by backward Euler.
+    """
+    formula = rate_formula(dt, wall.step_before, model.second_order)
+    places, before = to_frames(wall.position), to_frames(wall.position_before)
+    velocity = rates_to_frames(wall.position, wall.velocity)
+    velocity_before = rates_to_frames(wall.position_before, wall.velocity_before)
+    now, past = kinematics(model, places), kinematics(model, before)
+    if now is None or past is None:
+        return OUT_OF_RANGE, None
+    history = formula.history(places, before)
+    trend = 1.0 + 0.5 * dt / wall.step_before if wall.step_before > 0.0 else 1.0
+    guess = places + dt * (trend * velocity - (trend - 1.0) * velocity_before)
+    guess[[0, -1]] = places[[0, -1]]  # the clamped ends, to the last bit
+    density = wall.contact.copy()
+    total = float(density.sum())
+    weight = density / total if total > 0.0 else np.zeros_like(density)
+    second = model.second_order and wall.step_before > 0.0
+    pellet_history = pellet.position + (0.5 * dt * pellet.velocity if second else 0.0)
+    pellet_weight = 0.5 * dt if second else dt
+    scalars = np.array([pressure, pellet.position + dt * pellet.velocity, pellet.axial_force])
+    aside = None
+    if sideways_friction is not None:
+        aside = Sideways(sideways_friction, sideways[0], sideways[1], dt)
+        scalars = np.concatenate([scalars, sideways])
+    problem = SurfaceProblem(
+        history=history,
+        velocity_history=formula.history(velocity, velocity_before),
+        stretch_history=formula.history(now.stretch, past.stretch),
+        hoop_history=formula.history(now.hoop, past.hoop),
+        shear_history=formula.history(now.shear, past.shear),
+        drive=np.ascontiguousarray(drive),
+        friction_weight=weight,
+        step=Step(formula.inverse, model.inertia, pellet_history, pellet_weight),
+        wall=model.wall,
+        surface=surface,
+        pellet=model.pellet,
+        lumen=model.lumen,
+        sideways=aside,
+        tolerance=model.tolerance,
+        gap_tolerance=model.gap_tolerance,
+        max_iterations=model.max_newton,
+    )
+    verdict = solve_surface(guess, density, scalars, problem)
+    if verdict.code != CONVERGED:
+        return verdict.code, None
+    return CONVERGED, _state_after(model, wall, problem, verdict, guess, density, scalars, drive, dt)
+
+
+def _state_after(
+    model: Model,
+    wall: WallState,
+    problem: SurfaceProblem,
+    verdict: SurfaceVerdict,
+    places: Floats,
+    density: Floats,
+    scalars: Floats,
+    drive: Floats,
+    dt: float,
+) -> SurfaceSolved:
+    slope = problem.step.slope
+    velocity = (places - problem.history) * slope
+    velocity[[0, -1]] = 0.0
+    position = from_frames(places)
+    position[[0, -1]] = wall.position[[0, -1]]
+    new = kinematics(model, places)
+    assert new is not None, "a converged state is within range"
+    after = WallState(
+        position=position,
+        position_before=wall.position,
+        velocity=rates_from_frames(places, velocity),
+        velocity_before=wall.velocity,
+        contact=density,
+        stretch_rate=(new.stretch - problem.stretch_history) * slope,
+        hoop_rate=(new.hoop - problem.hoop_history) * slope,
+        drive=drive,
+        step_before=dt,
+    )
+    x, y = (float(scalars[3]), float(scalars[4])) if problem.sideways is not None else (0.0, 0.0)
+    moved = _move_pellet(model, problem, places, density, velocity, (x, y, float(scalars[1])))
+    return SurfaceSolved(
+        after, moved, float(scalars[0]), verdict.iterations, verdict.assemblies, 1, verdict.krylov, (x, y)
+    )
+
+
+def _move_pellet(
+    model: Model,
+    problem: SurfaceProblem,
+    places: Floats,
+    density: Floats,
+    velocity: Floats,
+    centre: tuple[float, float, float],
+) -> PelletState:
+    """Velocity from the stored contact by the friction law, and the position that goes with it, Eqs. (13), (34)."""
+    x, y, z = centre
+    if not model.pellet.present:
+        return PelletState(z, 0.0, 0.0)
+    n, _, m = places.shape
+    gap, normal = np.empty((n, m)), np.zeros((n, 3, m))
+    measure_contact(
+        places, density, x, y, z, model.pellet.radius, gap, normal, np.empty((n, m), np.bool_), np.empty(n, np.bool_)
+    )
+    area = 2.0 * np.pi * model.wall.radius / m * model.wall.element_size
+    _, _, force = force_on_pellet(density, normal, area)
+    sliding, _ = sliding_velocity(force, model.pellet.viscous, model.pellet.dry)
+    drift = model.pellet.frame * float((problem.friction_weight * velocity[:, 2]).sum())
+    return PelletState(
+        problem.step.pellet_history + problem.step.pellet_weight * (sliding + drift), sliding + drift, force
+    )

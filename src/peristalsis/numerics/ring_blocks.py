@@ -1,0 +1,172 @@
+"""Fields on a tube of n rows and m columns, and operators of 3x3 blocks on its 9-point stencil.
+
+Every column has a frame of its own, turned by 2 pi/m against the one before: x outward, y around, z along. A field
+that is uniform around the ring is then the same numbers in each column, and an operator made from it is block-circulant:
+its Fourier transform around the ring is one block matrix along z for each mode.
+
+Fields have shape (n, 3, m); *padded* fields (n, 3, m + 2) hold column j at j + 1 and repeat the neighbours at both ends.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .compiled import compiled
+
+
+class RingOperator(NamedTuple):
+    """A linear operator on fields whose first and last rows are held: stencil blocks and three constant parts.
+
+    blocks: (n, 9, 3, 3, m); entry [i, 3*(di + 1) + dj + 1, a, b, j] is what component b of node (i + di, j + dj)
+    does to component a of node (i, j). bend_along, bend_around: weights of squared second differences along z (centred
+    at inner rows) and around the ring, alike for all components. tether: force on each node of a ring per mean
+    displacement of that ring across the axis.
+    """
+
+    blocks: np.ndarray
+    bend_along: float
+    bend_around: float
+    tether: float
+
+
+@compiled
+def pad(field: np.ndarray, padded: np.ndarray) -> None:
+    """Copy a field (n, 3, m) into a padded one (n, 3, m + 2)."""
+    m = field.shape[2]
+    for i in range(field.shape[0]):
+        for a in range(3):
+            for j in range(m):
+                padded[i, a, j + 1] = field[i, a, j]
+            padded[i, a, 0] = field[i, a, m - 1]
+            padded[i, a, m + 1] = field[i, a, 0]
+
+
+@compiled
+def ring_centre(field: np.ndarray, i: int) -> tuple[float, float]:
+    """Mean of row i of a field (n, 3, m) across the axis, in the frame of column 0."""
+    m = field.shape[2]
+    along = 0.0
+    across = 0.0
+    for j in range(m):
+        c = math.cos(2.0 * math.pi * j / m)
+        s = math.sin(2.0 * math.pi * j / m)
+        along += c * field[i, 0, j] - s * field[i, 1, j]
+        across += s * field[i, 0, j] + c * field[i, 1, j]
+    return along / m, across / m
+
+
+@compiled
+def add_tether(field: np.ndarray, tether: float, out: np.ndarray) -> None:
+    """Add to inner rows of `out` the ring mean of `field` across the axis times `tether`."""
+    m = field.shape[2]
+    for i in range(1, field.shape[0] - 1):
+        along, across = ring_centre(field, i)
+        for j in range(m):
+            c = math.cos(2.0 * math.pi * j / m)
+            s = math.sin(2.0 * math.pi * j / m)
+            out[i, 0, j] += tether * (c * along + s * across)
+            out[i, 1, j] += tether * (c * across - s * along)
+
+
+@compiled
+def add_bending(field: np.ndarray, along: float, around: float, out: np.ndarray) -> None:
+    """Add the gradient of along/2 |second z-difference|^2 + around/2 |second theta-difference|^2 to inner rows of `out`.
+
+    field: padded (n, 3, m + 2); out: (n, 3, m). Differences along z are centred at inner rows and reach the held ones.
+    """
+    n = field.shape[0]
+    m = field.shape[2] - 2
+    bent = np.empty(m + 2)
+    for i in range(1, n - 1):
+        for a in range(3):
+            if along != 0.0:
+                for j in range(m):
+                    bent[j] = along * (field[i - 1, a, j + 1] - 2.0 * field[i, a, j + 1] + field[i + 1, a, j + 1])
+                for j in range(m):
+                    out[i, a, j] -= 2.0 * bent[j]
+                if i > 1:
+                    for j in range(m):
+                        out[i - 1, a, j] += bent[j]
+                if i < n - 2:
+                    for j in range(m):
+                        out[i + 1, a, j] += bent[j]
+            if around != 0.0:
+                for j in range(m):
+                    bent[j + 1] = around * (field[i, a, j] - 2.0 * field[i, a, j + 1] + field[i, a, j + 2])
+                bent[0] = bent[m]
+                bent[m + 1] = bent[1]
+                for j in range(m):
+                    out[i, a, j] += bent[j] - 2.0 * bent[j + 1] + bent[j + 2]
+
+
+@compiled
+def multiply(operator: RingOperator, field: np.ndarray, padded: np.ndarray, out: np.ndarray) -> None:
+    """Operator times `field` (n, 3, m) into `out`; the held rows of both are zero. padded: work (n, 3, m + 2)."""
+    blocks = operator.blocks
+    n = field.shape[0]
+    m = field.shape[2]
+    pad(field, padded)
+    out[:, :, :] = 0.0
+    for i in range(1, n - 1):
+        for a in range(3):
+            for q in range(9):
+                r = i + q // 3 - 1
+                o = q % 3
+                for j in range(m):
+                    out[i, a, j] += (
+                        blocks[i, q, a, 0, j] * padded[r, 0, j + o]
+                        + blocks[i, q, a, 1, j] * padded[r, 1, j + o]
+                        + blocks[i, q, a, 2, j] * padded[r, 2, j + o]
+                    )
+    add_bending(padded, operator.bend_along, operator.bend_around, out)
+    if operator.tether != 0.0:
+        add_tether(field, operator.tether, out)
+
+
+@compiled
+def multiply_transposed(operator: RingOperator, field: np.ndarray, padded: np.ndarray, out: np.ndarray) -> None:
+    """The transposed operator times `field` into `out`; rows of `field` that are zero throughout cost nothing."""
+    blocks = operator.blocks
+    n = field.shape[0]
+    m = field.shape[2]
+    pad(field, padded)
+    out[:, :, :] = 0.0
+    for i in range(1, n - 1):
+        used = False
+        for j in range(m):
+            if field[i, 0, j] != 0.0 or field[i, 1, j] != 0.0 or field[i, 2, j] != 0.0:
+                used = True
+        if not used:
+            continue
+        for q in range(9):
+            r = i + q // 3 - 1
+            if r < 1 or r > n - 2:
+                continue
+            o = q % 3 - 1
+            for b in range(3):
+                for j in range(m):
+                    k = j + o
+                    if k < 0:
+                        k += m
+                    elif k >= m:
+                        k -= m
+                    out[r, b, k] += (
+                        blocks[i, q, 0, b, j] * field[i, 0, j]
+                        + blocks[i, q, 1, b, j] * field[i, 1, j]
+                        + blocks[i, q, 2, b, j] * field[i, 2, j]
+                    )
+    add_bending(padded, operator.bend_along, operator.bend_around, out)
+    if operator.tether != 0.0:
+        add_tether(field, operator.tether, out)
+
+
+@compiled
+def bending_weight(i: int, k: int, n: int) -> float:
+    """Entry (i, k) of the squared second difference along z with centres at the inner rows 1 ... n - 2."""
+    total = 0.0
+    for centre in range(max(1, i - 1, k - 1), min(n - 2, i + 1, k + 1) + 1):
+        total += (-2.0 if centre == i else 1.0) * (-2.0 if centre == k else 1.0)
+    return total
