@@ -16,10 +16,12 @@ from .model.model import Layer, Model, PacemakerCell, Response
 from .pellet import sphere
 from .regions.sampling import factor_field
 from .tissue.cells.plant import CONDUCTANCES, CellConstants
+from .tissue.surface import Conductivities
 from .units import to_internal
 from .wall.active import ActiveConstants
 from .wall.membrane import WallConstants
 from .wall.passive import PassiveConstants
+from .wall.surface_regularisers import SurfaceConstants
 
 Floats = NDArray[np.float64]
 
@@ -30,7 +32,7 @@ def build(configuration: Configuration, like: Model | None = None) -> Model:
     like: the model of a run under way, whose grid, V0 and pellet-free radius are kept: only inputs change.
     """
     c = configuration
-    grid = like.grid if like is not None else Grid(c.wall.length, c.grid.n_z, c.grid.n_z_wall, c.grid.n_theta)
+    grid = like.grid if like is not None else _grid(c)
     cell = cell_constants(c, c.tissue.kinetics_rate)
     dt_wall = to_internal(c.step.wall, "ms")
     longitudinal_trains, circular_trains = _trains(c)
@@ -87,7 +89,15 @@ def build(configuration: Configuration, like: Model | None = None) -> Model:
         max_halvings=c.solver.max_halvings,
         start_position=c.pellet.start_gap + c.pellet.radius,
         free_radius=like.free_radius if like is not None else np.full(grid.n_z_wall + 1, c.wall.radius),
+        surface=SurfaceConstants(
+            c.wall.shear_viscosity, c.wall.bending_stiffness_around, c.wall.bending_viscosity_around, c.wall.foundation
+        ),
+        sideways_friction=c.pellet.sideways_friction if c.pellet.sideways == "free" else None,
     )
+
+
+def _grid(c: Configuration) -> Grid:
+    return Grid(c.wall.length, c.grid.n_z, c.grid.n_z_wall, c.grid.n_theta, c.grid.conduction_columns)
 
 
 def cell_constants(c: Configuration, rate: float) -> CellConstants:
@@ -120,28 +130,41 @@ def _conductances(layer: LayerConfiguration, cells: int) -> np.ndarray:
 
 def _layer(c: Configuration, name: str, grid: Grid) -> Layer:
     layer: LayerConfiguration = getattr(c, name)
-    conductances = _conductances(layer, grid.n_z * grid.n_theta)
+    conductances = _conductances(layer, grid.n_z * grid.n_theta_conduction)
     for channel, row in zip(CONDUCTANCES, conductances, strict=True):
         row *= np.ravel(_factors(c, name, channel, grid))
     return Layer(
         conductances=conductances,
         diffusivity=diffusivity(c, layer),
+        conductivities=Conductivities(
+            layer.intracellular_axial,
+            layer.extracellular_axial,
+            layer.intracellular_circumferential,
+            layer.extracellular_circumferential,
+        ),
         conducts=layer.conduction,
         force_factor=layer.active * _factors(c, name, "active", grid),
         threshold=layer.threshold,
         conductivity=_factors(c, name, "conductivity", grid, at=0.5 * (grid.cells[1:] + grid.cells[:-1])),
+        conductivity_around=_factors(c, name, "conductivity", grid, turned=0.5),
         response=Response(
             *(_factors(c, name, key, grid) for key in ("pacemaker", "trigger", "excitation", "inhibition"))
         ),
     )
 
 
-def _factors(c: Configuration, layer: str, quantity: str, grid: Grid, at: Floats | None = None) -> Floats | float:
-    """What the regions make of a quantity at the cells, or at other places: (n_z, n_theta), or 1 without any."""
+def _factors(
+    c: Configuration, layer: str, quantity: str, grid: Grid, at: Floats | None = None, turned: float = 0.0
+) -> Floats | float:
+    """What the regions make of a quantity at the cells, or at other places: (n_z, n_theta), or 1 without any.
+
+    at: places along z [cm]; turned: how many columns further around.
+    """
     if not c.regions:
         return 1.0
     places = grid.cells if at is None else at
-    field = factor_field(c.regions, layer, quantity, places, grid.angles, c.wall.radius)
+    angles = grid.cell_columns + turned * 2.0 * np.pi / grid.n_theta_conduction
+    field = factor_field(c.regions, layer, quantity, places, angles, c.wall.radius)
     return 1.0 if field is None else field
 
 

@@ -90,6 +90,8 @@ class Pellet(Section):
     dry_friction: float = parameter("pellet.dry_friction", ge=0, le=1e7)
     friction_frame: Literal["rest", "wall"] = parameter("pellet.friction_frame")
     start_gap: float = parameter("pellet.start_gap", ge=0, le=200)
+    sideways: Literal["fixed", "free"] = parameter("pellet.sideways")
+    sideways_friction: float = parameter("pellet.sideways_friction", gt=0, le=1e7)
 
 
 class Lumen(Section):
@@ -121,6 +123,10 @@ class Wall(Section):
     fold_tension: float = parameter("wall.fold_tension", ge=0, le=1e6)
     bending_stiffness: float = parameter("wall.bending_stiffness", ge=0, le=100)
     bending_viscosity: float = parameter("wall.bending_viscosity", ge=0, le=100)
+    bending_stiffness_around: float = parameter("wall.bending_stiffness_around", ge=0, le=100)
+    bending_viscosity_around: float = parameter("wall.bending_viscosity_around", ge=0, le=100)
+    shear_viscosity: float = parameter("wall.shear_viscosity", ge=0, le=1e4)
+    foundation: float = parameter("wall.foundation", ge=0, le=1e4)
 
 
 class Layer(Section):
@@ -228,7 +234,12 @@ class Grid(Section):
     n_z: int = parameter("grid.n_z", ge=8, le=20_000)
     n_z_wall: int = parameter("grid.n_z_wall", ge=8, le=20_000)
     n_theta: int = parameter("grid.n_theta", ge=1, le=4096)
-    n_theta_conduction: int = parameter("grid.n_theta_conduction", ge=1, le=4096)
+    n_theta_conduction: int = parameter("grid.n_theta_conduction", ge=0, le=4096)
+
+    @property
+    def conduction_columns(self) -> int:
+        """Columns of conduction cells: as many as those of the wall unless stated."""
+        return self.n_theta_conduction or self.n_theta
 
 
 class Step(Section):

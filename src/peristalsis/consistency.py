@@ -16,6 +16,7 @@ from peristalsis.regions import check as check_regions
 if TYPE_CHECKING:
     from peristalsis.config import Configuration, Wall
 
+FEWEST_COLUMNS = 4
 LARGEST_GRID = 2_000_000  # nodes of both grids together
 MOST_STEPS = 100_000_000
 LARGEST_OUTPUT = 2_000_000_000  # bytes kept in memory and written
@@ -32,7 +33,7 @@ def check(config: Configuration) -> None:
         _check_pellet(config)
     _check_places(config)
     _check_control(config)
-    check_regions(config.regions, config.wall.length, config.wall.radius, config.grid.n_theta_conduction)
+    check_regions(config.regions, config.wall.length, config.wall.radius, config.grid.conduction_columns)
 
 
 def _check_protocols(config: Configuration) -> None:
@@ -52,11 +53,17 @@ def _check_protocols(config: Configuration) -> None:
 
 def _check_grid(config: Configuration) -> None:
     grid = config.grid
-    for key in ("n_theta", "n_theta_conduction"):
-        columns = getattr(grid, key)
-        if columns != 1:
-            _refuse(f"grid.{key}", str(columns), "only axisymmetric runs are available in this version", "use 1")
-    nodes = grid.n_z * grid.n_theta_conduction + grid.n_z_wall * grid.n_theta
+    columns = grid.conduction_columns
+    if 1 < grid.n_theta < FEWEST_COLUMNS:
+        fix = f"use 1 (axisymmetric) or at least {FEWEST_COLUMNS}"
+        _refuse("grid.n_theta", str(grid.n_theta), "so few columns make no ring", fix)
+    if columns % grid.n_theta != 0 or (grid.n_theta == 1 and columns != 1):
+        cause, fix = "grid.n_theta = 1 is the axisymmetric model", "use 0, or more columns of wall"
+        if grid.n_theta > 1:
+            cause = f"it is not a multiple of grid.n_theta = {grid.n_theta}"
+            fix = f"use {grid.n_theta * max(1, round(columns / grid.n_theta))}, or 0 for as many"
+        _refuse("grid.n_theta_conduction", str(columns), cause, fix)
+    nodes = grid.n_z * columns + grid.n_z_wall * grid.n_theta
     if nodes > LARGEST_GRID:
         _refuse("grid", f"{nodes} nodes", f"at most {LARGEST_GRID} are allowed", "use fewer columns or cells")
 
@@ -98,7 +105,7 @@ def output_size(config: Configuration) -> float:
     grid, duration = config.grid, config.run.duration
     step = units.to_internal(config.step.wall, "ms")
     frames = duration / max(config.output.interval, step) + 2
-    fields = 12 * (grid.n_z_wall + 1) * grid.n_theta + 4 * grid.n_z * grid.n_theta_conduction
+    fields = 12 * (grid.n_z_wall + 1) * grid.n_theta + 4 * grid.n_z * grid.conduction_columns
     numbers = 22 + 10 * len(config.output.probes)
     return 8.0 * (frames * fields + (duration / step + 1) * numbers)
 
@@ -128,12 +135,12 @@ def _check_pacemaker_place(config: Configuration) -> None:
             f"with pacemaker.width = {pacemaker.width} cm the driven stretch reaches beyond the anal end",
             f"use at most {room:.6g} cm",
         )
-    if pacemaker.angular_width < 360.0 and config.grid.n_theta_conduction == 1:
+    if pacemaker.angular_width < 360.0 and config.grid.conduction_columns == 1:
         _refuse(
             "pacemaker.angular_width",
             f"{pacemaker.angular_width} deg",
-            "grid.n_theta_conduction = 1 is one column, which cannot be driven in part",
-            "use 360 deg, or more columns",
+            "grid.n_theta = 1 is one column, which cannot be driven in part",
+            "use 360 deg, or more columns, such as grid.n_theta = 16",
         )
 
 

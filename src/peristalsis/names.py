@@ -15,7 +15,7 @@ class Output(NamedTuple):
 
 
 WALL = ("time", "z", "theta")
-CELLS = ("time", "z_cell", "theta")
+CELLS = ("time", "z_cell", "theta_cell")
 STEP = ("time_step",)
 PROBE = ("time_step", "probe")
 
@@ -25,6 +25,7 @@ COORDINATES = (
     Output("z", ("z",), "cm", "wall node, distance from the oral end in the undeformed tube"),
     Output("z_cell", ("z_cell",), "cm", "conduction cell, distance from the oral end in the undeformed tube"),
     Output("theta", ("theta",), "rad", "angle around the undeformed tube"),
+    Output("theta_cell", ("theta_cell",), "rad", "angle of the conduction cells around the undeformed tube"),
     Output("probe", ("probe",), "cm", "probe, distance from the oral end in the undeformed tube"),
 )
 
@@ -48,8 +49,8 @@ FIELDS = (
 )
 
 ACTIVATION = (
-    Output("activation_longitudinal", ("z_cell", "theta"), "s", "first activation of the longitudinal muscle"),
-    Output("activation_circular", ("z_cell", "theta"), "s", "first activation of the circular muscle"),
+    Output("activation_longitudinal", ("z_cell", "theta_cell"), "s", "first activation of the longitudinal muscle"),
+    Output("activation_circular", ("z_cell", "theta_cell"), "s", "first activation of the circular muscle"),
 )
 
 SCALARS = (

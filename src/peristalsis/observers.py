@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .model.balance import work_of_step
 from .model.contact_summary import contact_summary
-from .model.fields import contact_pressure, corner_tensions, end_reactions, nodal, nodal_tensions, stretch_of_elements
+from .model.fields import contact_pressure, corner_tensions, end_reactions, nodal_stretches, nodal_tensions
 from .model.model import Model
 from .model.state import State
 from .model.step import StepReport
@@ -135,12 +135,13 @@ def fields_of(model: Model, state: State) -> dict[str, Floats]:
     """Every field of `names.FIELDS` of one state, in the units of the files."""
     wall = state.wall
     tension = nodal_tensions(corner_tensions(wall, model.wall))
+    along, around = nodal_stretches(wall, model.wall)
     return {
         "radius": wall.position[:, :, 0],
         "angle": wall.position[:, :, 1],
         "axial_position": wall.position[:, :, 2],
-        "stretch_longitudinal": nodal(stretch_of_elements(wall.position, model.wall.element_size)),
-        "stretch_circumferential": wall.position[:, :, 0] / model.wall.radius,
+        "stretch_longitudinal": along,
+        "stretch_circumferential": around,
         "tension_longitudinal": tension[..., membrane.TOTAL_LONGITUDINAL],
         "tension_circumferential": tension[..., membrane.TOTAL_CIRCULAR],
         "active_tension_longitudinal": tension[..., membrane.ACTIVE_LONGITUDINAL],

@@ -71,7 +71,7 @@ def _unseen_regions(configuration: Configuration) -> list[str]:
 
     grid, wall = configuration.grid, configuration.wall
     z = (np.arange(grid.n_z) + 0.5) * wall.length / grid.n_z
-    angle = 2.0 * np.pi * np.arange(grid.n_theta_conduction) / grid.n_theta_conduction
+    angle = 2.0 * np.pi * np.arange(grid.conduction_columns) / grid.conduction_columns
     return [
         f"region {region.name}: no conduction cell lies in it, so it has no effect; enlarge it, or raise grid.n_z or "
         "grid.n_theta_conduction"

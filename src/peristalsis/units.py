@@ -37,6 +37,7 @@ _INTERNAL = {
     "mN*cm": 1.0,
     "mN*s/cm": 1.0,
     "mN*s*cm": 1.0,
+    "mN/cm^3": 1.0,
     "mN/(cm*mV)": 1.0,
     "kPa": 100.0,
     "mg/cm^2": 1e-5,

@@ -49,6 +49,11 @@ class Grid:
         object.__setattr__(self, "n_theta_conduction", columns)
 
     @property
+    def is_surface(self) -> bool:
+        """Whether the wall has columns around the ring; one column is the axisymmetric model."""
+        return self.n_theta > 1
+
+    @property
     def cell_size(self) -> float:
         """Length of a conduction cell along z [cm]."""
         return self.length / self.n_z
@@ -76,11 +81,6 @@ class Grid:
     def cells(self) -> Floats:
         """Centres of the conduction cells [cm], shape (n_z,)."""
         return np.asarray((np.arange(self.n_z) + 0.5) * self.cell_size, dtype=np.float64)
-
-    @cached_property
-    def angles(self) -> Floats:
-        """Centres of the columns around the tube [rad], shape (n_theta,); the first is at 0."""
-        return np.asarray(2.0 * np.pi * np.arange(self.n_theta) / self.n_theta, dtype=np.float64)
 
     @cached_property
     def nodes(self) -> Floats:
@@ -155,7 +155,8 @@ class Grid:
     def nodes_at_ring_faces(self, field: Floats) -> Floats:
         """A field of nodes and theta faces at the theta faces of the cells, shape (n_z, n_theta_conduction).
 
-        field: (n_z_wall + 1, n_theta); field[:, j] stands at theta_j + half a column, as the hoop stretch between two columns does. Linear, Eq. (39).
+        field: (n_z_wall + 1, n_theta); field[:, j] stands at theta_j + half a column, as the hoop stretch between two
+        columns does. Linear, Eq. (39).
         """
         return self._spread(self.nodes_to_cells, self.n_z, self.faces_to_cell_faces, field)
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.surface import rates_to_frames
 from ..geometry.tube import lumen_volume
 from ..numerics.compiled import compiled
 from ..pellet.friction import sliding_velocity
@@ -15,6 +16,7 @@ from ..wall.membrane import PARTS, WallConstants, corner_tension
 from .fields import column
 from .model import Model
 from .state import State, WallState
+from .surface_balance import surface_wall_work, volume_of
 
 Floats = NDArray[np.float64]
 
@@ -36,7 +38,9 @@ class Work(NamedTuple):
 
 
 def work_of_step(model: Model, before: State, after: State) -> Work:
-    """Trapezoidal work of every term between two states a step apart (axisymmetric wall)."""
+    """Trapezoidal work of every term between two states a step apart."""
+    if model.grid.is_surface:
+        return _work_on_surface(model, before, after)
     parts = np.zeros(4)
     old, new = before.wall, after.wall
     rho_0, zeta_0 = column(old.position, 0, 0), column(old.position, 0, 2)
@@ -61,12 +65,35 @@ def work_of_step(model: Model, before: State, after: State) -> Work:
     gas -= _gas_energy(model, lumen_volume(rho_1, zeta_1) - pellet_volume)
     kinetic = 0.0
     if model.inertia:
-        mass = 2.0 * math.pi * model.wall.radius * model.wall.element_size * model.wall.surface_density
         squares = [float((wall.velocity[:, 0, [0, 2]] ** 2).sum()) for wall in (old, new)]
-        kinetic = 0.5 * mass * (squares[1] - squares[0])
-    dt = model.dt_wall
-    lost_pellet = 0.5 * dt * (_friction_power(model, before) + _friction_power(model, after))
-    return Work(-parts[1], gas, parts[0], parts[2] + parts[3], lost_pellet, kinetic)
+        kinetic = _kinetic(model, squares)
+    return Work(-parts[1], gas, parts[0], parts[2] + parts[3], _lost_pellet(model, before, after), kinetic)
+
+
+def _work_on_surface(model: Model, before: State, after: State) -> Work:
+    old, new = before.wall, after.wall
+    stored, active, lost = surface_wall_work(old, new, model.wall, model.surface)
+    pellet_volume = model.pellet.volume if model.pellet.present else 0.0
+    gas = _gas_energy(model, volume_of(old) - pellet_volume) - _gas_energy(model, volume_of(new) - pellet_volume)
+    kinetic = 0.0
+    if model.inertia:
+        squares = [float((rates_to_frames(wall.position, wall.velocity) ** 2).sum()) for wall in (old, new)]
+        kinetic = _kinetic(model, squares) / model.grid.n_theta
+    across = np.subtract(after.pellet.across, before.pellet.across)
+    if model.sideways_friction is not None:  # backward Euler: the force of the end times the way
+        lost_across = model.sideways_friction / model.dt_wall * float(across @ across)
+    else:
+        lost_across = 0.0
+    return Work(-active, gas, stored, lost, _lost_pellet(model, before, after) + lost_across, kinetic)
+
+
+def _kinetic(model: Model, squares: list[float]) -> float:
+    mass = 2.0 * math.pi * model.wall.radius * model.wall.element_size * model.wall.surface_density
+    return 0.5 * mass * (squares[1] - squares[0])
+
+
+def _lost_pellet(model: Model, before: State, after: State) -> float:
+    return 0.5 * model.dt_wall * (_friction_power(model, before) + _friction_power(model, after))
 
 
 def _bending_loss(model: Model, old: WallState, new: WallState) -> float:

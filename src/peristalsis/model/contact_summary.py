@@ -12,12 +12,14 @@ from ..pellet.contact import smallest_gap
 from .fields import column
 from .model import Model
 from .state import State
+from .surface_fields import equivalent_radius, surface_contact
 
 
 class ContactSummary(NamedTuple):
     """Normal force [mN], largest contact pressure [mN/cm^2], contact edges and least radius and gap [cm].
 
-    Edges are nan without contact, the gap is infinite without a pellet.
+    Edges are nan without contact, the gap is infinite without a pellet. On the whole surface the radius of a ring is
+    that of the circle with its area.
     """
 
     normal_force: float
@@ -29,8 +31,14 @@ class ContactSummary(NamedTuple):
 
 
 def contact_summary(model: Model, state: State) -> ContactSummary:
-    """The summary of an axisymmetric state."""
+    """The summary of a state."""
     wall = state.wall
+    if model.grid.is_surface:
+        found = surface_contact(wall, state.pellet, model.pellet.radius if model.pellet.present else None, model.wall)
+        least = float(equivalent_radius(wall.position).min())
+        return ContactSummary(
+            found.normal_force, found.largest_pressure, found.start, found.end, least, found.smallest_gap
+        )
     rho, zeta = column(wall.position, 0, 0), column(wall.position, 0, 2)
     normal, pressure, start, end, least = _summary(
         rho, zeta, column(wall.contact, 0), model.wall.radius, model.wall.element_size

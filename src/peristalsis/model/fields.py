@@ -9,6 +9,13 @@ from numpy.typing import NDArray
 
 from ..wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL, WallConstants, element_stretch, wall_tension
 from .state import WallState
+from .surface_fields import (
+    around_to_nodes,
+    surface_contact_pressure,
+    surface_corner_tensions,
+    surface_end_reactions,
+    surface_stretches,
+)
 
 Floats = NDArray[np.float64]
 
@@ -39,6 +46,8 @@ def nodal(elements: Floats) -> Floats:
 def corner_tensions(wall: WallState, constants: WallConstants) -> Floats:
     """All parts of the tension at the corners of the elements [mN/cm], shape (n_z_wall, 2, n_theta, 8)."""
     elements, columns = wall.stretch_rate.shape
+    if columns > 1:
+        return surface_corner_tensions(wall, constants)
     out = np.empty((elements, 2, columns, 8))
     for j in range(columns):
         one = np.empty((elements, 2, 8))
@@ -71,8 +80,18 @@ def axial_tension_of_elements(wall: WallState, constants: WallConstants) -> Floa
 
 def contact_pressure(wall: WallState, constants: WallConstants) -> Floats:
     """Contact pressure on the deformed wall [mN/cm^2], shape (n_z_wall + 1, n_theta): Q / (lambda_l lambda_c)."""
+    if wall.contact.shape[1] > 1:
+        return surface_contact_pressure(wall, constants)
     stretch = nodal(stretch_of_elements(wall.position, constants.element_size))
     return wall.contact / (stretch * wall.position[:, :, 0] / constants.radius)
+
+
+def nodal_stretches(wall: WallState, constants: WallConstants) -> tuple[Floats, Floats]:
+    """Longitudinal and circumferential stretch at the nodes, shape (n_z_wall + 1, n_theta)."""
+    if wall.position.shape[1] > 1:
+        found = surface_stretches(wall.position, constants)
+        return nodal(found.axial), around_to_nodes(found.hoop)
+    return nodal(stretch_of_elements(wall.position, constants.element_size)), wall.position[:, :, 0] / constants.radius
 
 
 def end_reactions(wall: WallState, constants: WallConstants, pressure: float) -> tuple[float, float, float]:
@@ -84,6 +103,10 @@ def end_reactions(wall: WallState, constants: WallConstants, pressure: float) ->
     stretch without contact the sum is constant along z, so the difference of the ends is the pellet's force.
     """
     corners = corner_tensions(wall, constants)
+    slack = np.minimum(corners[..., TOTAL_LONGITUDINAL], corners[..., TOTAL_CIRCULAR]) <= constants.slack_blend
+    share = float(slack.mean())
+    if wall.position.shape[1] > 1:
+        return (*surface_end_reactions(wall, constants, pressure), share)
     position = wall.position[:, 0, :]
     forces = []
     for element, node in ((0, 0), (-1, -1)):
@@ -97,8 +120,7 @@ def end_reactions(wall: WallState, constants: WallConstants, pressure: float) ->
         a, b = hoops
         lumen = pressure * math.pi / 3.0 * float(a * a + a * b + b * b)
         forces.append(2.0 * math.pi * constants.radius * tension - lumen)
-    slack = np.minimum(corners[..., TOTAL_LONGITUDINAL], corners[..., TOTAL_CIRCULAR]) <= constants.slack_blend
-    return forces[0], forces[1], float(slack.mean())
+    return forces[0], forces[1], share
 
 
 def _bending_reaction(position: Floats, velocity: Floats, constants: WallConstants, node: int) -> float:

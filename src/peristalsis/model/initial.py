@@ -66,14 +66,14 @@ def initial_state(model: Model) -> tuple[Model, State, list[str]]:
         wall=wall,
         pellet=PelletState(model.start_position, 0.0, force),
         pressure=model.lumen.pressure,
-        trigger=quiet((model.grid.n_z, model.grid.n_theta)),
+        trigger=quiet((model.grid.n_z, model.grid.n_theta_conduction)),
         reflex=SILENT,
     )
     return complete, state, remarks
 
 
 def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, list[str]]:
-    shape = (model.grid.n_z, model.grid.n_theta)
+    shape = (model.grid.n_z, model.grid.n_theta_conduction)
     potential, gates = np.empty(shape).ravel(), np.empty((4, shape[0] * shape[1]))
     remarks = []
     patterns, which = np.unique(layer.conductances, axis=1, return_inverse=True)

@@ -18,7 +18,9 @@ from ..numerics.stabilised import coefficients, stages_for
 from ..tissue.cells import plant
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
+from ..tissue.surface import Conductivities, stability_rate
 from ..wall.membrane import WallConstants
+from ..wall.surface_regularisers import SurfaceConstants
 from .equilibrium import LumenConstants, PelletConstants
 
 Floats = NDArray[np.float64]
@@ -52,16 +54,19 @@ class Response:
 class Layer:
     """One muscle layer: conductances [mS/cm^2] (5, n_cells), diffusivity at stretch 1 [cm^2/s], muscle.
 
-    force_factor: a number, or of the cells, (n_z, n_theta). conductivity: factor on the diffusivity, a number, or
-    of the inner faces along z, (n_z - 1, n_theta).
+    conductivities: those of both media along z and around, whose ratios count on the whole surface. force_factor: a
+    number, or of the cells, (n_z, n_theta). conductivity: factor on the diffusivity, a number, or of the inner faces
+    along z, (n_z - 1, n_theta); conductivity_around: of the faces around the ring, (n_z, n_theta).
     """
 
     conductances: Floats
     diffusivity: float
+    conductivities: Conductivities
     conducts: bool
     force_factor: Floats | float
     threshold: float
     conductivity: Floats | float = 1.0
+    conductivity_around: Floats | float = 1.0
     response: Response = Response()
 
 
@@ -86,6 +91,7 @@ class Model:
     """Parts and settings of a run. Steps: dt_wall [s] = substeps * dt_cell [ms].
 
     start_position: pellet centre before t = 0 [cm]. free_radius: of the pellet-free tube at p0 [cm], at the nodes.
+    surface, sideways_friction [mN s/cm]: of a wall on the whole surface; None keeps the pellet on the axis.
     """
 
     grid: Grid
@@ -111,6 +117,8 @@ class Model:
     max_halvings: int
     start_position: float
     free_radius: Floats
+    surface: SurfaceConstants
+    sideways_friction: float | None
 
     @property
     def dt_cell(self) -> float:
@@ -128,15 +136,15 @@ class Model:
         constants = self.cell if self.pacemaker_cell is None else self.pacemaker_cell.constants
         return plant.gate_table(self.dt_cell, constants), plant.gate_table(0.5 * self.dt_cell, constants)
 
-    def stages(self, layer: Layer, stretch: Floats, opened: float = 0.0) -> Floats:
+    def stages(self, layer: Layer, stretch: Floats, opened: float = 0.0, ring_rate: float = 0.0) -> Floats:
         """Coefficients of the explicit step of a layer, with as many stages as stability asks for, Eq. (31).
 
         stretch: longitudinal, of the elements; a shortened wall conducts better per undeformed length, Eq. (11).
-        opened: largest inhibitory conductance [mS/cm^2].
+        opened: largest inhibitory conductance [mS/cm^2]. ring_rate: what fluxes around the ring add [1/ms].
         """
         rate = self.cell.kinetics_rate * float(layer.conductances.sum(axis=0).max()) / self.cell.capacitance
         rate += opened / self.cell.capacitance
         if layer.conducts:
             decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
             rate += decay * float(np.max(layer.conductivity)) / float(stretch.min())
-        return explicit_stages(rate, self.dt_cell)
+        return explicit_stages(stability_rate(rate, ring_rate), self.dt_cell)

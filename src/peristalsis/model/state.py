@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SheetState:
-    """One muscle sheet: potential [mV] (n_z, n_theta), gates (4, n_z, n_theta), activation times [ms].
+    """One muscle sheet: potential [mV] (n_z, n_theta_conduction), gates (4, ...), activation times [ms].
 
     first_activation and last_activation: first and latest rise through the activation level, nan before.
     """
@@ -32,7 +32,8 @@ class WallState:
 
     velocity: of (rho, vartheta, zeta) at both times. contact: force density per undeformed area [mN/cm^2],
     (n_z_wall + 1, n_theta). step_before: length of the step between the two positions [s], 0 at the start.
-    stretch_rate: of the elements along z [1/s], (n_z_wall, n_theta); hoop_rate: of the nodes, (n_z_wall + 1, n_theta).
+    stretch_rate: of the elements along z [1/s], (n_z_wall, n_theta); hoop_rate: of the ring, (n_z_wall + 1, n_theta),
+    with one column of the node, with more of the edge from column j to j + 1.
     drive: force factor times phi+ of the longitudinal and the circular layer of the half elements [mV], (2,
     2 * n_z_wall, n_theta). The last three are those that the present tensions were computed with.
     """
@@ -50,11 +51,15 @@ class WallState:
 
 @dataclass(frozen=True)
 class PelletState:
-    """The pellet: centre [cm], velocity [cm/s], axial force of the wall [mN]."""
+    """The pellet: centre along the tube [cm], velocity [cm/s], axial force of the wall [mN], centre across [cm].
+
+    across: x and y in the frame of column 0; (0, 0) while the pellet is kept on the axis.
+    """
 
     position: float
     velocity: float
     axial_force: float
+    across: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)

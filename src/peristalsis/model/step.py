@@ -16,30 +16,39 @@ from ..numerics.rates import rate_formula
 from ..numerics.transfer import average
 from ..pellet.contact import axial_force
 from ..pellet.friction import sliding_velocity
+from ..tissue.bidomain import EllipticError, surface_operator
 from ..tissue.cells.plant import CellConstants
 from ..tissue.sheet import advance_sheet
+from ..tissue.surface import SurfaceOperator, SurfaceSizes
+from ..tissue.surface_sheet import advance_surface_sheet
 from .equilibrium import CONVERGED, REASONS, Step, solve_equilibrium
 from .fields import axial_tension_of_elements, column, stretch_of_elements
 from .model import ACTIVATION_LEVEL, Layer, Model, explicit_stages
 from .state import PelletState, SheetState, State, WallState
+from .surface_fields import Stretches, surface_stretches
+from .surface_step import try_surface_wall
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class StepReport:
-    """What a step cost: Newton iterations, assemblies of the wall, wall solves (more than one after halving)."""
+    """What a step cost: Newton iterations, assemblies of the wall, wall solves (more than one after halving).
+
+    krylov_iterations: of the linear solver on the whole surface.
+    """
 
     newton_iterations: int
     assemblies: int
     wall_solves: int
+    krylov_iterations: int = 0
 
 
 def advance(model: Model, state: State) -> tuple[State, StepReport]:
     """The state one wall step later, and what it took. Raises DivergenceError naming field, place and time."""
     start = state.step * model.dt_wall
     stop = (state.step + 1) * model.dt_wall
-    stretch = _stretch_ahead(model, state.wall)
+    stretch = _stretches_ahead(model, state.wall)
     stimuli = _stimuli(model, state, start, stop)
     longitudinal = _advance_layer(model, "longitudinal", state.longitudinal, stretch, stimuli.longitudinal, start)
     circular = _advance_layer(model, "circular", state.circular, stretch, stimuli.circular, start)
@@ -60,24 +69,34 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
         pellet=solved.pellet,
         pressure=solved.pressure,
     )
-    return _listen(model, after, stop), StepReport(solved.iterations, solved.assemblies, solved.solves)
+    return _listen(model, after, stop), StepReport(solved.iterations, solved.assemblies, solved.solves, solved.krylov)
 
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
     """Force factor times phi+ [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
     source = layer.force_factor * np.maximum(sheet.potential - layer.threshold, 0.0)
+    if model.grid.is_surface:
+        return model.grid.half_elements_of_cells(source)
     target = np.empty((2 * model.grid.n_z_wall, model.grid.n_theta))
     average(model.grid.cells_to_half_elements, source, target)
     return target
 
 
-def _stretch_ahead(model: Model, wall: WallState) -> Floats:
-    """Longitudinal stretch of the elements extrapolated to the middle of the coming step."""
-    now = stretch_of_elements(wall.position, model.wall.element_size)
+def _stretches(model: Model, position: Floats) -> Stretches:
+    """Stretches of a wall: of its edges on the whole surface, of elements and nodes on one column."""
+    if model.grid.is_surface:
+        return surface_stretches(position, model.wall)
+    return Stretches(stretch_of_elements(position, model.wall.element_size), position[:, :, 0] / model.wall.radius)
+
+
+def _stretches_ahead(model: Model, wall: WallState) -> Stretches:
+    """Stretches extrapolated to the middle of the coming step."""
+    now = _stretches(model, wall.position)
     if wall.step_before == 0.0:
         return now
-    before = stretch_of_elements(wall.position_before, model.wall.element_size)
-    return np.maximum(now + 0.5 * model.dt_wall / wall.step_before * (now - before), 0.5 * now)
+    share = 0.5 * model.dt_wall / wall.step_before
+    before = _stretches(model, wall.position_before)
+    return Stretches(*(np.maximum(new + share * (new - old), 0.5 * new) for new, old in zip(now, before, strict=True)))
 
 
 class _Stimulus(NamedTuple):
@@ -101,7 +120,7 @@ class _Stimuli(NamedTuple):
 def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
     """Mean stimuli over the step, Eqs. (24)-(26); the layers' have shape (n_z, n_theta), the pacemaker's (1, 1)."""
     grid = model.grid
-    shape = (grid.n_z, grid.n_theta)
+    shape = (grid.n_z, grid.n_theta_conduction)
     stimuli = _Stimuli(*(_Stimulus(np.zeros(size), np.zeros(size)) for size in (shape, shape, (1, 1))))
     for trains, layer, stimulus in (
         (model.longitudinal_trains, model.longitudinal, stimuli.longitudinal),
@@ -121,7 +140,7 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
         cell = model.pacemaker_cell
         edge = 0.5 * grid.cell_size
         along = covered(grid.cells - edge, grid.cells + edge, cell.place, cell.place + cell.width)
-        around = covered_around(grid.n_theta, cell.angle, cell.sector)
+        around = covered_around(grid.n_theta_conduction, cell.angle, cell.sector)
         where = along[:, None] * around * model.longitudinal.response.pacemaker
         reached = float(where.sum())
         if reached > 0.0:  # a region may cut the cell off from all of the tissue
@@ -132,19 +151,36 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
 
 
 def _advance_layer(
-    model: Model, name: str, sheet: SheetState, stretch: Floats, stimulus: _Stimulus, start: float
+    model: Model, name: str, sheet: SheetState, stretch: Stretches, stimulus: _Stimulus, start: float
 ) -> SheetState:
     grid = model.grid
     layer = model.longitudinal if name == "longitudinal" else model.circular
-    if layer.conducts:
-        faces = np.empty((grid.n_z - 1, grid.n_theta))
-        average(grid.elements_to_faces, stretch, faces)
-        coefficient = (layer.diffusivity * 1e-3 / (24.0 * grid.cell_size) ** 2) / faces * layer.conductivity
+    opened = float(stimulus.conductance.max())
+    if grid.is_surface:
+        operator = _surface_operator(model, layer, stretch) if layer.conducts else None
+        stages = model.stages(layer, stretch.axial, opened, 0.0 if operator is None else operator.ring_rate)
+        tissue = _Tissue(layer.conductances, operator, stages, model.tables, model.cell)
     else:
-        coefficient = np.empty((0, grid.n_theta))
-    stages = model.stages(layer, stretch, float(stimulus.conductance.max()))
-    tissue = _Tissue(layer.conductances, coefficient, stages, model.tables, model.cell)
+        coefficient = np.empty((0, 1))
+        if layer.conducts:
+            faces = np.empty((grid.n_z - 1, 1))
+            average(grid.elements_to_faces, stretch.axial, faces)
+            coefficient = (layer.diffusivity * 1e-3 / (24.0 * grid.cell_size) ** 2) / faces * layer.conductivity
+        stages = model.stages(layer, stretch.axial, opened)
+        tissue = _Tissue(layer.conductances, coefficient, stages, model.tables, model.cell)
     return _advance_sheet(model, sheet, tissue, stimulus, start, f"{name} potential")
+
+
+def _surface_operator(model: Model, layer: Layer, stretch: Stretches) -> SurfaceOperator:
+    """Conduction of a layer on the wall of the middle of the step; what varies from place to place divides a stretch."""
+    grid = model.grid
+    return surface_operator(
+        layer.diffusivity,
+        layer.conductivities,
+        SurfaceSizes(grid.cell_size, grid.column_width(model.wall.radius)),
+        grid.elements_at_faces(stretch.axial) / layer.conductivity,
+        grid.nodes_at_ring_faces(stretch.hoop) / layer.conductivity_around,
+    )
 
 
 def _advance_pacemaker(model: Model, sheet: SheetState, stimulus: _Stimulus, start: float) -> SheetState:
@@ -159,7 +195,7 @@ def _advance_pacemaker(model: Model, sheet: SheetState, stimulus: _Stimulus, sta
 
 class _Tissue(NamedTuple):
     conductances: Floats
-    coefficient: Floats
+    conduction: Floats | SurfaceOperator | None
     stages: Floats
     tables: tuple[Floats, Floats]
     constants: CellConstants
@@ -172,26 +208,50 @@ def _advance_sheet(
     potential = sheet.potential.ravel().copy()
     gates = sheet.gates.reshape(4, -1).copy()
     first, last = sheet.first_activation.ravel().copy(), sheet.last_activation.ravel().copy()
-    bad = advance_sheet(
-        potential,
-        gates,
-        first,
-        last,
-        tissue.conductances,
-        tissue.coefficient.ravel(),
-        stimulus.current.ravel(),
-        stimulus.conductance.ravel(),
-        shape[1],
-        start * 1e3,
-        model.dt_cell,
-        model.substeps,
-        tissue.stages,
-        tissue.tables[0],
-        tissue.tables[1],
-        model.exact_kinetics,
-        ACTIVATION_LEVEL,
-        tissue.constants,
-    )
+    if isinstance(tissue.conduction, np.ndarray):
+        bad = advance_sheet(
+            potential,
+            gates,
+            first,
+            last,
+            tissue.conductances,
+            tissue.conduction.ravel(),
+            stimulus.current.ravel(),
+            stimulus.conductance.ravel(),
+            shape[1],
+            start * 1e3,
+            model.dt_cell,
+            model.substeps,
+            tissue.stages,
+            tissue.tables[0],
+            tissue.tables[1],
+            model.exact_kinetics,
+            ACTIVATION_LEVEL,
+            tissue.constants,
+        )
+    else:
+        try:
+            bad = advance_surface_sheet(
+                potential,
+                gates,
+                first,
+                last,
+                tissue.conductances,
+                tissue.conduction,
+                stimulus.current.ravel(),
+                stimulus.conductance.ravel(),
+                start * 1e3,
+                model.dt_cell,
+                model.substeps,
+                tissue.stages,
+                tissue.tables[0],
+                tissue.tables[1],
+                model.exact_kinetics,
+                ACTIVATION_LEVEL,
+                tissue.constants,
+            )
+        except EllipticError as error:
+            raise DivergenceError(f"{field} at t = {start:.6g} s: {error}") from None
     if bad >= 0:
         place = f"z = {model.grid.cells[bad // shape[1]]:.3g} cm" if shape[0] > 1 else "the oral end"
         raise DivergenceError(
@@ -209,6 +269,7 @@ class _Solved:
     iterations: int
     assemblies: int
     solves: int
+    krylov: int = 0
 
 
 def _solve_wall(
@@ -240,13 +301,20 @@ def _solve_wall(
         iterations=half.iterations + full.iterations,
         assemblies=half.assemblies + full.assemblies,
         solves=half.solves + full.solves,
+        krylov=half.krylov + full.krylov,
     )
 
 
 def _try_wall(
     model: Model, wall: WallState, pellet: PelletState, pressure: float, drive: Floats, dt: float
 ) -> tuple[int, _Solved | None]:
-    """One implicit step of the axisymmetric wall; None with the reason's code when it does not converge."""
+    """One implicit step of the wall; None with the reason's code when it does not converge."""
+    if model.grid.is_surface:
+        code, found = try_surface_wall(model, wall, pellet, pressure, drive, dt, model.surface, model.sideways_friction)
+        if found is None:
+            return code, None
+        counts = (found.iterations, found.assemblies, found.solves, found.krylov)
+        return code, _Solved(found.wall, found.pellet, found.pressure, *counts)
     formula = rate_formula(dt, wall.step_before, model.second_order)
     position, before = wall.position[:, 0, :], wall.position_before[:, 0, :]
     history = np.ascontiguousarray(formula.history(position, before)[:, [0, 2]].T)
@@ -334,20 +402,31 @@ def _listen(model: Model, state: State, time: float) -> State:
         trigger = observe_activation(model.trigger, trigger, state.longitudinal.last_activation * 1e-3, time)
     reflex = state.reflex
     if model.reflex.enabled and model.pellet.present:
-        girth = state.wall.position[:, 0, 0] / model.free_radius
-        touching = state.wall.contact[:, 0] > 0.0
+        if grid.is_surface:
+            girth = surface_stretches(state.wall.position, model.wall).hoop.mean(axis=1)
+            girth *= model.wall.radius / model.free_radius
+        else:
+            girth = state.wall.position[:, 0, 0] / model.free_radius
+        touching = np.any(state.wall.contact > 0.0, axis=1)
         reflex = observe_stretch(model.reflex, reflex, grid.nodes, girth, touching, time)
     return replace(state, trigger=trigger, reflex=reflex)
 
 
 def _sensed_tension(model: Model, state: State) -> Floats:
     """Longitudinal tension that the trigger reads at the conduction cells [mN/cm], Eq. (25)."""
-    grid = model.grid
-    cells = np.empty((grid.n_z, grid.n_theta))
     if model.trigger.rule == "total":
-        average(grid.elements_to_cells, axial_tension_of_elements(state.wall, model.wall), cells)
-        return cells
-    average(grid.elements_to_cells, stretch_of_elements(state.wall.position, model.wall.element_size), cells)
+        return _at_cells(model, axial_tension_of_elements(state.wall, model.wall))
+    cells = _at_cells(model, _stretches(model, state.wall.position).axial)
     muscle = model.wall.longitudinal
     force = np.maximum((muscle.c7 * cells + muscle.c8) * cells + muscle.c9, 0.0)
     return np.asarray(np.maximum(state.longitudinal.potential - model.longitudinal.threshold, 0.0) * force)
+
+
+def _at_cells(model: Model, elements: Floats) -> Floats:
+    """A field of wall elements at the conduction cells."""
+    grid = model.grid
+    if grid.is_surface:
+        return grid.elements_at_cells(elements)
+    cells = np.empty((grid.n_z, 1))
+    average(grid.elements_to_cells, elements, cells)
+    return cells

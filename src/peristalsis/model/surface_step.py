@@ -24,10 +24,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SurfaceSolved:
-    """What a step of the wall left behind and what it took; `krylov` counts iterations of the linear solver.
-
-    sideways: place of the pellet across the axis [cm], (0, 0) while it is kept on the axis.
-    """
+    """What a step of the wall left behind and what it took; `krylov` counts iterations of the linear solver."""
 
     wall: WallState
     pellet: PelletState
@@ -36,7 +33,6 @@ class SurfaceSolved:
     assemblies: int
     solves: int
     krylov: int
-    sideways: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -67,13 +63,12 @@ def try_surface_wall(
     drive: Floats,
     dt: float,
     surface: SurfaceConstants,
-    sideways: tuple[float, float] = (0.0, 0.0),
     sideways_friction: float | None = None,
 ) -> tuple[int, SurfaceSolved | None]:
     """One implicit step `dt` [s]; None with the reason's code (`equilibrium.REASONS`) when it does not converge.
 
-    drive: (2, 2 n_z_wall, n_theta) [mV] at the end of the step. sideways: place of the pellet across the axis [cm] in the
-    frame of column 0; it moves only if `sideways_friction` [mN s/cm] is given, by backward Euler.
+    drive: (2, 2 n_z_wall, n_theta) [mV] at the end of the step. The pellet moves across the axis only if
+    `sideways_friction` [mN s/cm] is given, by backward Euler.
     """
     formula = rate_formula(dt, wall.step_before, model.second_order)
     places, before = to_frames(wall.position), to_frames(wall.position_before)
@@ -95,8 +90,8 @@ def try_surface_wall(
     scalars = np.array([pressure, pellet.position + dt * pellet.velocity, pellet.axial_force])
     aside = None
     if sideways_friction is not None:
-        aside = Sideways(sideways_friction, sideways[0], sideways[1], dt)
-        scalars = np.concatenate([scalars, sideways])
+        aside = Sideways(sideways_friction, *pellet.across, dt)
+        scalars = np.concatenate([scalars, pellet.across])
     problem = SurfaceProblem(
         history=history,
         velocity_history=formula.history(velocity, velocity_before),
@@ -152,9 +147,7 @@ def _state_after(
     )
     x, y = (float(scalars[3]), float(scalars[4])) if problem.sideways is not None else (0.0, 0.0)
     moved = _move_pellet(model, problem, places, density, velocity, (x, y, float(scalars[1])))
-    return SurfaceSolved(
-        after, moved, float(scalars[0]), verdict.iterations, verdict.assemblies, 1, verdict.krylov, (x, y)
-    )
+    return SurfaceSolved(after, moved, float(scalars[0]), verdict.iterations, verdict.assemblies, 1, verdict.krylov)
 
 
 def _move_pellet(
@@ -179,5 +172,5 @@ def _move_pellet(
     sliding, _ = sliding_velocity(force, model.pellet.viscous, model.pellet.dry)
     drift = model.pellet.frame * float((problem.friction_weight * velocity[:, 2]).sum())
     return PelletState(
-        problem.step.pellet_history + problem.step.pellet_weight * (sliding + drift), sliding + drift, force
+        problem.step.pellet_history + problem.step.pellet_weight * (sliding + drift), sliding + drift, force, (x, y)
     )

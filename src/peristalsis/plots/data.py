@@ -35,7 +35,7 @@ def values(result: Result, name: str, unit: str | None = None) -> Floats:
     """An output as an array over time and, for fields, place; in `unit`, or in the unit of the file."""
     output = OUTPUTS[name]
     array = np.asarray(result.arrays[name], dtype=np.float64)
-    if "theta" in output.dimensions and len(output.dimensions) > 1:
+    if len(output.dimensions) > 1 and output.dimensions[-1] in ("theta", "theta_cell"):
         array = array[..., 0]
     if unit is None or unit == output.unit:
         return array
