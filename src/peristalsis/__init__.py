@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from ._version import __version__
 
 if TYPE_CHECKING:
+    from .batches import batch
     from .config import Configuration
     from .errors import PeristalsisError
     from .result import Result, load
@@ -27,6 +28,7 @@ __all__ = [
     "Result",
     "Simulation",
     "__version__",
+    "batch",
     "configuration",
     "load",
     "run",
@@ -38,6 +40,7 @@ _HOMES = {
     "PeristalsisError": ("errors", "PeristalsisError"),
     "Result": ("result", "Result"),
     "Simulation": ("simulation", "Simulation"),
+    "batch": ("batches", "batch"),
     "configuration": ("scenarios", "configuration"),
     "load": ("result", "load"),
     "run": ("runner", "run"),

@@ -501,14 +501,14 @@ def json_schema() -> dict[str, Any]:
     }
 
 
-def read_toml(source: str | PathLike[str]) -> dict[str, Any]:
-    """The tables of TOML text or of a file, before any check of keys and values."""
+def read_toml(source: str | PathLike[str], most: int = LARGEST_TEXT) -> dict[str, Any]:
+    """The tables of TOML text or of a file of at most `most` bytes, before any check of keys and values."""
     if isinstance(source, str):
         text, where = source, "the configuration text"
     else:
-        text, where = _read_file(Path(source)), shown(str(source))
-    if len(text) > LARGEST_TEXT:
-        raise ConfigurationError(f"{where} has {len(text)} characters, more than {LARGEST_TEXT}; shorten it")
+        text, where = _read_file(Path(source), most), shown(str(source))
+    if len(text) > most:
+        raise ConfigurationError(f"{where} has {len(text)} characters, more than {most}; shorten it")
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
@@ -517,17 +517,17 @@ def read_toml(source: str | PathLike[str]) -> dict[str, Any]:
         raise ConfigurationError(f"{where} is not valid TOML: {cause}; {fix}") from None
 
 
-def _read_file(path: Path) -> str:
+def _read_file(path: Path, most: int) -> str:
     try:
         with path.open("rb") as file:
-            content = file.read(LARGEST_TEXT + 1)
+            content = file.read(most + 1)
     except (OSError, ValueError) as error:
         cause = error.strerror if isinstance(error, OSError) else "it is not a path"
         raise ConfigurationError(
             f"{shown(str(path))} cannot be read: {cause}; check the name and the permissions"
         ) from None
-    if len(content) > LARGEST_TEXT:
-        raise ConfigurationError(f"{shown(str(path))} is larger than {LARGEST_TEXT} bytes; shorten it")
+    if len(content) > most:
+        raise ConfigurationError(f"{shown(str(path))} is larger than {most} bytes; shorten it")
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError:

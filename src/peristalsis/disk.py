@@ -70,10 +70,16 @@ class Disk:
 
 DISK = Disk()
 
+UNFINISHED = ".new-"
+"""How the names of files begin that are being written."""
 
-def replace_file(path: Path, content: bytes) -> None:
-    """Put a file in place whole: the old content or the new one is there at any time, and after a crash."""
-    fresh = path.with_name(f".new-{path.name}")
+
+def replace_file(path: Path, content: bytes, mark: str = "") -> None:
+    """Put a file in place whole: the old content or the new one is there at any time, and after a crash.
+
+    mark: tells writers apart, where several may write the same file.
+    """
+    fresh = path.with_name(f"{UNFINISHED}{mark}{path.name}")
     DISK.write(fresh, content)
     DISK.synchronise(fresh)
     DISK.rename(fresh, path)

@@ -260,7 +260,9 @@ class Workspace:
             if extras is not None:
                 extras(folder)
             for path in sorted(folder.rglob("*")):
-                if path.is_file() and not path.is_symlink():
+                if path.name.startswith(disk.UNFINISHED):  # of a process that was killed while it wrote
+                    disk.DISK.remove(path)
+                elif path.is_file() and not path.is_symlink():
                     disk.DISK.synchronise(path)
             disk.DISK.synchronise(folder)
             listed = {name: Entry.of(content) for name, content in files.items()}

@@ -45,6 +45,8 @@ EXAMPLES = {
         "peristalsis compare out/baseline out/thin",
         "peristalsis compare out/baseline out/thin out/reflex_only --out out/compared",
     ),
+    "batch": ("peristalsis batch friction.toml", "peristalsis batch friction.toml --workers 2 --out out/friction"),
+    "verify": ("peristalsis verify out/baseline", "peristalsis verify out/baseline out/thin --quarantine"),
     "paper": PAPER_EXAMPLES,
     "version": ("peristalsis version",),
 }
@@ -285,6 +287,43 @@ def compare_(
     from .stored import compare
 
     return Job(lambda screen: compare(runs, out, overwrite, screen))
+
+
+@app.command("batch", epilog=_epilog("batch"))
+def batch_(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="TOML file: scenario, changes, and a grid or points.")],
+    out: Annotated[
+        str | None,
+        typer.Option("--out", metavar="DIR", help="Folder of the runs and their table; out/NAME of FILE unless given."),
+    ] = None,
+    workers: Annotated[int, typer.Option("--workers", metavar="N", help="Processes that run at a time.")] = 1,
+    as_json: Json = False,
+) -> Job:
+    """Run every point of a batch file.
+
+    Each run has a folder in DIR/runs; DIR/table.csv has a row for each. Runs that fail are rows with their reason.
+    A second call, or one after an interruption or a crash, runs only what is missing.
+    """
+    from .batching import batch
+
+    return Job(lambda screen: batch(file, out, workers, screen))
+
+
+@app.command("verify", epilog=_epilog("verify"))
+def verify_(
+    folders: Annotated[list[str], typer.Argument(metavar="FOLDER...", help="Folders of stored runs.")],
+    quarantine: Annotated[
+        bool, typer.Option("--quarantine", help="Move damaged ones aside, to FOLDER.damaged-TIME; nothing is deleted.")
+    ] = False,
+    as_json: Json = False,
+) -> Job:
+    """Check stored runs against their hashes.
+
+    Exit code 0 if all are whole, 1 if one is damaged or cannot be verified.
+    """
+    from .batching import verify
+
+    return Job(lambda screen: verify(folders, quarantine, screen))
 
 
 app.command("paper", epilog=_epilog("paper"))(paper)

@@ -9,22 +9,23 @@ from __future__ import annotations
 
 import io
 import json
-import multiprocessing
 import os
-import uuid
-from collections.abc import Callable, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import disk
 from .._version import __version__
 from ..config import Configuration
 from ..errors import PeristalsisError, WriteError, shown
 from ..numerics.compiled import source_digest
+from ..warm_up import warm_up
+from .pool import Failure, carry_out
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -88,18 +89,14 @@ class Store:
         image = io.BytesIO()
         arrays: dict[str, Any] = dict(record.arrays)
         np.savez_compressed(image, numbers=np.array(json.dumps(dict(record.numbers), allow_nan=False)), **arrays)
-        temporary = self.folder / f".tmp-{uuid.uuid4().hex}"
         try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            temporary.write_bytes(image.getvalue())
-            os.replace(temporary, self.folder / f"{key}.npz")
+            disk.DISK.make_folder(self.folder)
+            disk.replace_file(self.folder / f"{key}.npz", image.getvalue(), mark=f"{os.getpid()}-")
         except OSError as error:
             raise WriteError(
                 f"could not keep a run in {shown(str(self.folder))}: {error.strerror or error}; free some space or "
                 "choose another folder with --out"
             ) from None
-        finally:
-            temporary.unlink(missing_ok=True)
 
 
 def run_one(configuration: Configuration, measure: Measure) -> Record:
@@ -155,35 +152,14 @@ def sweep(
     return found
 
 
-def _computed(missing: Mapping[str, Configuration], measure: Measure, workers: int) -> Any:
-    """Key and record of every missing run, in the order in which they finish."""
-    if workers <= 1 or len(missing) <= 1:
-        for key, configuration in missing.items():
-            yield key, run_one(configuration, measure)
-        return
-    # Fresh processes: a forked one would share the state of compiled code and threads.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(workers, len(missing)), mp_context=context) as pool:
-        pending: dict[Future[Record], str] = {
-            pool.submit(run_one, configuration, measure): key for key, configuration in missing.items()
-        }
-        try:
-            while pending:
-                done, _ = wait(pending, return_when=FIRST_COMPLETED)
-                for future in done:
-                    key = pending.pop(future)
-                    yield key, _outcome(future)
-        except BaseException:
-            for future in pending:
-                future.cancel()
-            raise
+def _computed(missing: Mapping[str, Configuration], measure: Measure, workers: int) -> Iterator[tuple[str, Record]]:
+    """Key and record of every missing run, in the order in which they finish; one that died is a failure."""
+    if workers > 1 and len(missing) > 1:
+        warm_up()  # compiled once here, not once in every process
+    for done in carry_out(missing, partial(_run, measure=measure), workers):
+        value = done.value
+        yield done.key, Record({"status": "failed", "error": value.error}) if isinstance(value, Failure) else value
 
 
-def _outcome(future: Future[Record]) -> Record:
-    """The record of a finished process; one that died, for want of memory for example, is a failure."""
-    try:
-        return future.result()
-    except (KeyboardInterrupt, SystemExit):
-        raise
-    except Exception as error:
-        return Record({"status": "failed", "error": f"{type(error).__name__}: {error}"})
+def _run(configuration: Configuration, measure: Measure) -> Record:
+    return run_one(configuration, measure)

@@ -1,0 +1,76 @@
+"""`peristalsis batch` and `peristalsis verify`: many runs, and whether what is stored is whole."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import ConfigurationError, DamagedResult, WriteError, shown
+from .streams import Screen, spelled
+
+if TYPE_CHECKING:
+    from ..batches import Step
+
+MOST_WORKERS = 64
+
+
+def batch(file: str, out: str | None, workers: int, screen: Screen) -> int:
+    """Carry out a batch file; the exit code."""
+    from ..batches import batch as carry_out
+    from ..plan import as_text, read_plan
+
+    if not 1 <= workers <= MOST_WORKERS:
+        raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
+    begin = time.monotonic()
+    plan = read_plan(Path(file))
+    target = Path("out", Path(file).stem) if out is None else Path(out)
+    screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(target)}: call again to go on"
+
+    def progress(step: Step) -> None:
+        summary = step.row.summary
+        transit = summary.get("transit_s")
+        ended = f"expelled at {transit:.4g} s" if transit is not None else step.row.status.replace("_", " ")
+        values = ", ".join(f"{key} = {as_text(value)}" for key, value in step.row.point.values.items())
+        screen.line(
+            f"{step.done:4d}/{step.count} {step.row.point.name} ({values}): {ended}{' (kept)' if step.kept else ''}"
+        )
+
+    made = carry_out(plan, target, workers=workers, progress=progress, say=screen.warn)
+    counted = Counter(row.status for row in made.rows)
+    screen.table(("status", "runs"), ((status.replace("_", " "), str(count)) for status, count in counted.items()))
+    spent = time.monotonic() - begin
+    answer: dict[str, Any] = {"status": "finished", "runs": dict(counted), "written": str(made.table)}
+    screen.answer(answer | {"wall_s": round(spent, 1)})
+    screen.say(f"written: {spelled(made.table)} ({spent:.0f} s)")
+    return 0
+
+
+def verify(folders: Sequence[str], aside: bool, screen: Screen) -> int:
+    """Check stored runs against their manifests; exit code 1 if one is not whole."""
+    from .. import store
+
+    states: list[dict[str, str]] = []
+    for folder in folders:
+        path = Path(folder)
+        try:
+            found = store.verify(path)
+            states.append({"folder": folder, "state": "whole", "said": f"{found.status}, {len(found.files)} files"})
+        except DamagedResult as error:
+            said = str(error)
+            if aside:
+                try:
+                    said = f"moved to {spelled(store.quarantine(path))}"
+                except OSError as problem:
+                    raise WriteError(
+                        f"could not move {shown(folder)} aside: {problem.strerror or problem}; check the permissions"
+                    ) from None
+            states.append({"folder": folder, "state": "damaged", "said": said})
+        except ConfigurationError as error:
+            states.append({"folder": folder, "state": "not verified", "said": str(error)})
+    screen.table(("folder", "state", ""), ((one["folder"], one["state"], one["said"]) for one in states))
+    whole = all(one["state"] == "whole" for one in states)
+    screen.answer({"status": "finished" if whole else "failed", "results": states})
+    return 0 if whole else 1
