@@ -155,8 +155,8 @@ class Grid:
     def nodes_at_ring_faces(self, field: Floats) -> Floats:
         """A field of nodes and theta faces at the theta faces of the cells, shape (n_z, n_theta_conduction).
 
-        field: (n_z_wall + 1, n_theta); field[:, j] stands at theta_j + half a column, as the hoop stretch between two
-        columns does. Linear, Eq. (39).
+        field: (n_z_wall + 1, n_theta); field[:, j] stands half a column past theta_j, as the hoop stretch between two
+        columns does. Linear along z and around, Eq. (39).
         """
         return self._spread(self.nodes_to_cells, self.n_z, self.faces_to_cell_faces, field)
 

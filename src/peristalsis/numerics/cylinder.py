@@ -1,7 +1,7 @@
 """A direct elliptic solver on the cylinder: Fourier modes around the ring, a banded system along z for each, Eq. (38).
 
 The operator is the fourth-order staggered one of Eq. (30) in both directions. Its coefficients may vary along z, not
-around: then the modes part. `scipy.fft` transforms, a compiled L D L^T with half bandwidth 3 solves, many modes abreast.
+around: then the modes part. `scipy.fft` transforms; a compiled L D L^T of half bandwidth 3 solves, many modes abreast.
 """
 
 from __future__ import annotations

@@ -74,7 +74,8 @@ def _turn(inside: np.ndarray, ahead: np.ndarray, share: float) -> None:
 class _FirstGuess:
     """The best combination of past solutions as a first guess.
 
-    Source: P. F. Fischer, Comput. Methods Appl. Mech. Engrg. 163 (1998) 193-204. Directions are kept orthonormal in the energy of the operator, with their images.
+    Source: P. F. Fischer, Comput. Methods Appl. Mech. Engrg. 163 (1998) 193-204. Directions are kept orthonormal in the
+    energy of the operator, with their images.
     """
 
     def __init__(self) -> None:
