@@ -40,7 +40,11 @@ EXAMPLES = {
         "peristalsis plot out/baseline overview --format pdf --format svg",
     ),
     "film": ("peristalsis film out/baseline", "peristalsis film out/baseline --out baseline.gif"),
-    "export": ("peristalsis export out/baseline", "peristalsis export out/baseline --out tables"),
+    "export": (
+        "peristalsis export out/baseline",
+        "peristalsis export out/baseline --out tables",
+        "peristalsis export out/baseline --format vtk",
+    ),
     "compare": (
         "peristalsis compare out/baseline out/thin",
         "peristalsis compare out/baseline out/thin out/reflex_only --out out/compared",
@@ -259,15 +263,21 @@ def export_(
     folder: Folder,
     out: Annotated[
         str | None,
-        typer.Option("--out", metavar="DIR", help="Folder of the tables; FOLDER/csv unless given."),
+        typer.Option("--out", metavar="DIR", help="Folder of the files; FOLDER/csv or FOLDER/vtk unless given."),
     ] = None,
+    kind: Annotated[
+        str, typer.Option("--format", metavar="csv|vtk", help="Tables, or moving surfaces for ParaView.")
+    ] = "csv",
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> Job:
-    """Write the numbers of a stored run as CSV tables."""
+    """Write a stored run for other programs.
+
+    Its numbers as CSV tables, or wall and pellet as VTK surfaces: open wall.pvd and pellet.pvd in ParaView.
+    """
     from .stored import export
 
-    return Job(lambda screen: export(folder, out, overwrite, screen))
+    return Job(lambda screen: export(folder, kind, out, overwrite, screen))
 
 
 @app.command("compare", epilog=_epilog("compare"))

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 FORMATS = ("png", "svg", "pdf")
 FILMS = (".gif", ".mp4")
+EXPORTS = ("csv", "vtk")
 
 Done = TypeVar("Done")
 
@@ -48,15 +49,19 @@ def film(folder: str, out: str | None, overwrite: bool, screen: Screen) -> int:
     return _say_written([target], screen)
 
 
-def export(folder: str, out: str | None, overwrite: bool, screen: Screen) -> int:
-    """Write the numbers of a stored run as CSV files."""
+def export(folder: str, kind: str, out: str | None, overwrite: bool, screen: Screen) -> int:
+    """Write a stored run for other programs: its numbers as CSV files, or its surfaces as VTK files."""
+    if kind not in EXPORTS:
+        raise ConfigurationError(
+            f"--format {shown(kind)}: not one of {', '.join(EXPORTS)}; {suggestion(kind, EXPORTS)}"
+        )
     result = _load(folder, screen)
-    target = Path(folder, "csv") if out is None else Path(out)
+    target = Path(folder, kind) if out is None else Path(out)
     _refuse_existing(target, overwrite or out is None)
-    from ..plots.export import export_csv
+    from ..plots.export import export_csv, export_vtk
 
-    _written(target, lambda: export_csv(result, target))
-    return _say_written(sorted(target.iterdir()), screen)
+    write = export_vtk if kind == "vtk" else export_csv
+    return _say_written(sorted(_written(target, lambda: write(result, target))), screen)
 
 
 def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Screen) -> int:

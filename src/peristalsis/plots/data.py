@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import ConfigurationError
 from ..names import OUTPUTS
 
 if TYPE_CHECKING:
@@ -34,12 +35,21 @@ FACTORS = {
 def values(result: Result, name: str, unit: str | None = None) -> Floats:
     """An output as an array over time and, for fields, place; in `unit`, or in the unit of the file."""
     output = OUTPUTS[name]
-    array = np.asarray(result.arrays[name], dtype=np.float64)
+    array = np.asarray(stored(result, name), dtype=np.float64)
     if len(output.dimensions) > 1 and output.dimensions[-1] in ("theta", "theta_cell"):
         array = array[..., 0]
     if unit is None or unit == output.unit:
         return array
     return array * FACTORS[output.unit, unit]
+
+
+def stored(result: Result, name: str) -> Floats:
+    """The array of an output. Raises ConfigurationError where the run was told not to keep it."""
+    if name not in result.arrays:
+        raise ConfigurationError(
+            f"{name} was not stored by this run; repeat it with output.fields = ['all'], or with {name} among them"
+        )
+    return result.arrays[name]
 
 
 def has_pellet(result: Result) -> bool:

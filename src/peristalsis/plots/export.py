@@ -1,21 +1,23 @@
-"""Curves and maps of a run as plain CSV: every column names its unit."""
+"""A run for other programs: curves and maps as CSV, the moving surfaces as VTK; every name carries its unit."""
 
 from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import WriteError, shown
+from ..errors import ConfigurationError, WriteError, shown
 from ..names import EVENTS, FIELDS, OUTPUTS, PROBES, SCALARS
-from . import data
+from . import data, surface, vtk_files
 
 if TYPE_CHECKING:
     from ..result import Result
+
+MOST_FRAMES, MOST_FACETS = 10_000, 1024
 
 RISKY = ("=", "+", "-", "@", "\t")
 """A text that begins with one of these would be taken for a formula by a spreadsheet."""
@@ -55,6 +57,45 @@ def export_csv(result: Result, folder: str | os.PathLike[str]) -> list[Path]:
             f"could not write CSV files into {shown(str(target))}: {error.strerror or error}; choose another folder"
         ) from None
     return written
+
+
+def export_vtk(
+    result: Result, folder: str | os.PathLike[str], frames: int = 100, facets: int = surface.FACETS
+) -> list[Path]:
+    """Write wall.pvd, and pellet.pvd where there is one, into `folder`, with a .vtp file a time; returns the lists.
+
+    frames: stored times, spread evenly over the run. facets: columns that a wall of one column is revolved into. Files
+    of an earlier export of the same names are replaced. Raises ConfigurationError for counts that make no series,
+    WriteError if the folder cannot be written.
+    """
+    if not 1 <= frames <= MOST_FRAMES or not 3 <= facets <= MOST_FACETS:
+        raise ConfigurationError(
+            f"export of {frames} frames with {facets} facets: give 1 to {MOST_FRAMES} frames and "
+            f"3 to {MOST_FACETS} facets"
+        )
+    target = Path(folder)
+    chosen = data.spread_frames(result, frames)
+    series: dict[str, Callable[[int], surface.Surface]] = {"wall": lambda frame: surface.wall(result, frame, facets)}
+    if data.has_pellet(result):
+        series["pellet"] = lambda frame: surface.pellet(result, frame)
+    time = data.values(result, "time")
+    try:
+        for name, shape in series.items():
+            (target / name).mkdir(parents=True, exist_ok=True)
+            for old in (target / f"{name}.pvd", *(target / name).glob(f"{name}_[0-9]*.vtp")):
+                old.unlink(missing_ok=True)
+            files = [f"{name}/{name}_{number:04d}.vtp" for number in range(len(chosen))]
+            for frame, file in zip(chosen, files, strict=True):
+                part = shape(frame)
+                vtk_files.write_polygons(target / file, part.points, part.quads, part.fields)
+            # The list comes last: it never names a file that is not there.
+            listed = [(float(time[frame]), file) for frame, file in zip(chosen, files, strict=True)]
+            vtk_files.write_series(target / f"{name}.pvd", listed)
+    except OSError as error:
+        raise WriteError(
+            f"could not write VTK files into {shown(str(target))}: {error.strerror or error}; choose another folder"
+        ) from None
+    return [target / f"{name}.pvd" for name in series]
 
 
 def _column(name: str, unit: str) -> str:

@@ -40,17 +40,32 @@ def film(result: Result, path: str | os.PathLike[str], frames: int = 100, rate: 
         raise ConfigurationError(
             f"film with {frames} frames at {rate} a second: give 1 to {MOST_FRAMES} frames, and a rate of 1 to 100"
         )
-    program = ffmpeg() if ending == ".mp4" else None
-    if ending == ".mp4" and program is None:
+    require(target)
+    with style.applied():
+        pictures = _pictures(result, data.spread_frames(result, frames), rate)
+    return write_film(pictures, target, rate)
+
+
+def require(target: Path) -> None:
+    """Refuse an MP4 where there is no ffmpeg, before anything is drawn."""
+    if target.suffix.lower() == ".mp4" and ffmpeg() is None:
         raise ConfigurationError(
             f"film {shown(target.name)}: an MP4 needs ffmpeg, which is not here; install ffmpeg or "
             "'pip install peristalsis[movie]', or name a .gif, which needs nothing"
         )
+
+
+def write_film(pictures: list[Image.Image], target: Path, rate: int) -> Path:
+    """Write pictures as a film of `rate` a second, by the ending of its name; it appears whole or not at all.
+
+    Raises ConfigurationError where ffmpeg is missing or fails, WriteError if the file cannot be written.
+    """
+    require(target)
+    ending = target.suffix.lower()
+    program = ffmpeg() if ending == ".mp4" else None
     temporary = target.parent / f".tmp-{uuid.uuid4().hex[:8]}{ending}"
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with style.applied():
-            pictures = _pictures(result, data.spread_frames(result, frames), rate)
         if program is None:
             _write_gif(pictures, temporary, rate)
         else:

@@ -30,6 +30,7 @@ BLUE, VERMILION, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#7A7A7A"
 LAYER_COLOURS = {"longitudinal": BLUE, "circular": VERMILION}
 
 DIAMETER, STRETCH, POTENTIAL, PRESSURE, TENSION = "viridis", "RdBu", "cividis", "magma", "viridis"
+ACTIVATION = "viridis"
 """Colour maps, all perceptually even; the diverging one is for stretch about 1."""
 
 _SETTINGS: dict[str, Any] = {
@@ -129,6 +130,14 @@ def axis_right(axes: Axes, result: Result, label: str | None = "axial position (
     axes.set_xticks(*_ends(extent, "\n"))
     if label is not None:
         axes.set_xlabel(label)
+
+
+def unrolled_axes(axes: Axes, result: Result) -> None:
+    """Place on the undeformed tube to the right [mm], angle upwards [deg]."""
+    axis_right(axes, result, "undeformed position z (mm)")
+    axes.set_ylim(0.0, 360.0)
+    axes.set_yticks([0.0, 90.0, 180.0, 270.0, 360.0])
+    axes.set_ylabel("angle (deg)")
 
 
 def colour_map(axes: Axes, result: Result, time: Floats, place: Floats, field: Floats, cmap: str, norm: Any) -> Any:
