@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -23,6 +24,7 @@ KINDS = (
     "expelled",
     "input_changed",
     "stopped",
+    "step_halved",
 )
 QUIET_TIME = 0.05
 """A trigger event is the first firing after this long without one [s]; what runs on from it is the wave."""
@@ -50,6 +52,8 @@ class EventRecorder:
     def see(self, model: Model, before: State, after: State, report: StepReport) -> str | None:
         """Note what this step brought."""
         time = after.step * model.dt_wall
+        if report.halved:
+            self.note(time, "step_halved", math.nan, f"the step was made in parts: {report.halved}")
         self._stimuli(model, before, after, time)
         if model.pellet.present:
             self._pellet(model, before, after, time)

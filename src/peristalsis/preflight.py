@@ -1,11 +1,22 @@
-"""What can be said of a run before it starts: is the wave resolved?"""
+"""What can be said of a run before it starts: grids, steps, the force of the muscle, memory and disk."""
 
 from __future__ import annotations
 
 import math
+import os
+import shutil
+from pathlib import Path
 
-from .build import diffusivity
+import numpy as np
+from scipy.optimize import brentq
+
+from .build import build, diffusivity
 from .config import Configuration
+from .consistency import output_size
+from .errors import DivergenceError, shown
+from .model.model import Model
+from .wall.active import ActiveConstants, active_tension
+from .wall.membrane import nominal_tensions
 
 MEASURED_DIFFUSIVITY, MEASURED_SPEED, MEASURED_RATE = 0.0873, 4.2, 0.125
 """Wave that the error laws below were measured on: cm^2/s, cm/s, and tissue.kinetics_rate."""
@@ -34,9 +45,139 @@ def expected_error(size: float, foot: float, law: tuple[float, float, int]) -> f
     return percent * (size / (reference * foot)) ** order
 
 
+END_LAYER_ELEMENTS = 1.3
+"""Wall elements longer than this many end lengths warn; the shipped ones have 0.91, twice coarser ones 1.82."""
+
+PEAK = 50.0
+"""No action potential of the shipped cells rises above this [mV]; the highest seen in any scenario is 42."""
+
+SHARE_OF_MEMORY = 0.5
+"""Share of the machine's memory that the records of a run may take without a remark."""
+
+
+def end_length(model: Model, stretch: float = 1.0) -> float | None:
+    """Length [cm] over which the passive tube at rest forgets its clamped end: shape decays as exp(-Z/length).
+
+    From the equations of a uniform tube at pressure p0 and a longitudinal stretch, linearised, without bending:
+    l^2 = (N_l/lambda_l) / (A - B_l B_c / N_ll) with A = (N_cc - N_c/lambda_c)/R^2, B_l = (N_lc - N_c/lambda_l)/R,
+    B_c = (N_cl - N_c/lambda_l)/R, where N are the tensions that the wall carries, smoothed and in its convention,
+    Eqs. (14), (15) and (35). None where the tube is slack along z, or has no stable state.
+    """
+    wall, pressure = model.wall, model.lumen.pressure
+
+    def tensions(hoop: float) -> tuple[float, float, float, float, float, float]:
+        return nominal_tensions(stretch, hoop, 0.0, 0.0, 0.0, 0.0, 0.0, wall)
+
+    def excess(hoop: float) -> float:
+        return float(tensions(hoop)[1] - pressure * wall.radius * stretch * hoop)
+
+    high = 1.0
+    while excess(high) <= 0.0:
+        high += 0.05
+        if high > 4.0:
+            return None
+    hoop = float(brentq(excess, 1.0, high)) if excess(1.0) < 0.0 else 1.0
+    along, around, n_ll, n_lc, n_cl, n_cc = tensions(hoop)
+    radial = (n_cc - around / hoop) / wall.radius**2
+    coupling = (n_lc - around / stretch) * (n_cl - around / stretch) / wall.radius**2
+    stiffness = radial - coupling / n_ll if n_ll > 0.0 else 0.0
+    return math.sqrt(along / stretch / stiffness) if along > 0.0 and stiffness > 0.0 else None
+
+
+def largest_pull(model: Model) -> float:
+    """A force on the pellet [mN] that its muscle cannot exceed: both layers fully active at their best stretch.
+
+    The longitudinal layer pulls on the whole circumference, 2 pi r0 N_l, at no more than its undeformed length, for
+    its ends are held; the ring squeezes the pellet out by at most pi R N_c, at no more than the pellet's girth.
+    """
+    pellet, wall = model.pellet, model.wall
+
+    def best(muscle: ActiveConstants, force: float, threshold: float, longest: float) -> float:
+        parabola = max(active_tension(float(stretch), muscle)[0] for stretch in np.linspace(0.2, longest, 200))
+        return force * max(PEAK - threshold, 0.0) * parabola
+
+    along = best(wall.longitudinal, float(np.max(model.longitudinal.force_factor)), model.longitudinal.threshold, 1.0)
+    girth = max(pellet.radius / wall.radius, 1.0)
+    around = best(wall.circular, float(np.max(model.circular.force_factor)), model.circular.threshold, girth)
+    return 2.0 * math.pi * wall.radius * along + math.pi * pellet.radius * around
+
+
 def remarks(configuration: Configuration) -> list[str]:
-    """Warnings about grids too coarse for the wave; none for the shipped ones."""
-    found = [*_unseen_regions(configuration)]
+    """Warnings before a run; none for the shipped settings."""
+    model = build(configuration)
+    found = [*_unseen_regions(configuration), *_grids(configuration), *_end_layer(configuration, model), *_steps(model)]
+    return [*found, *_forces(configuration, model), *_memory(configuration)]
+
+
+def disk_remarks(configuration: Configuration, folder: Path) -> list[str]:
+    """A warning if the disk of a folder has no room for a result of a run and its two checkpoints, uncompressed."""
+    place = folder.absolute()
+    while not place.exists() and place != place.parent:
+        place = place.parent
+    needed, free = 3.0 * output_size(configuration), shutil.disk_usage(place).free
+    if needed <= free:
+        return []
+    return [
+        f"{shown(str(place))} has {free / 1e9:.2g} GB free, and the run may take {needed / 1e9:.2g} GB with its "
+        "checkpoints; make room, or lengthen output.interval"
+    ]
+
+
+def _memory(configuration: Configuration) -> list[str]:
+    needed = 2.0 * output_size(configuration)  # once while it is recorded, once more when it is put together
+    there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if needed <= SHARE_OF_MEMORY * there:
+        return []
+    return [
+        f"output.interval = {configuration.output.interval:g} s: the records will take about {needed / 1e9:.2g} GB of "
+        f"this machine's {there / 1e9:.2g} GB of memory; lengthen the interval or shorten the run"
+    ]
+
+
+def _end_layer(configuration: Configuration, model: Model) -> list[str]:
+    """Whether wall elements are short enough for the shape of the passive tube near its ends and its pellet."""
+    length, size = end_length(model), model.grid.element_size
+    if length is None:
+        return [
+            f"lumen.pressure = {configuration.lumen.pressure:g} kPa: the wall at rest carries no tension along the "
+            "tube, so its shape near ends and pellet is set by the regularisers (bending, slack) alone; raise the "
+            "pressure, or do not read anything from that shape"
+        ]
+    if size <= END_LAYER_ELEMENTS * length:
+        return []
+    needed = math.ceil(model.grid.length / (END_LAYER_ELEMENTS * length))
+    return [
+        f"grid.n_z_wall = {configuration.grid.n_z_wall}: wall elements of {10.0 * size:.2g} mm are coarse for the "
+        f"passive wall, whose shape near its ends changes over {10.0 * length:.2g} mm; use {needed} or more"
+    ]
+
+
+def _steps(model: Model) -> list[str]:
+    """Whether the explicit steps of both layers have enough stages on the undeformed tube."""
+    try:
+        for layer in (model.longitudinal, model.circular):
+            model.stages(layer, np.ones((model.grid.n_z_wall, model.grid.n_theta)))
+    except DivergenceError as error:
+        return [str(error)]
+    return []
+
+
+def _forces(configuration: Configuration, model: Model) -> list[str]:
+    """Whether any muscle force could overcome dry friction."""
+    if not model.pellet.present:
+        return []
+    pull = largest_pull(model)
+    if model.pellet.dry < pull:
+        return []
+    return [
+        f"pellet.dry_friction = {configuration.pellet.dry_friction:g} mN: the muscle of this wall pulls with less than "
+        f"{pull:.3g} mN at its best, so the pellet cannot move; lower the friction or strengthen the muscle"
+    ]
+
+
+def _grids(configuration: Configuration) -> list[str]:
+    """Warnings about grids too coarse for the wave."""
+    found = []
     length = configuration.wall.length
     grids = (
         ("grid.n_z", configuration.grid.n_z, CELL_ERROR, "conduction cells"),

@@ -23,10 +23,10 @@ from .config import FIELDS, Configuration
 from .environment import code_version
 from .errors import ConfigurationError, DivergenceError, InterruptedRun, shown, suggestion
 from .events import Event, EventRecorder
+from .model.guards import advance_safely, violation
 from .model.initial import initial_state
 from .model.model import Model
 from .model.state import PelletState, State
-from .model.step import advance
 from .observers import (
     ARREST_TRAVEL,
     ARREST_WINDOW,
@@ -165,7 +165,7 @@ class Simulation:
         except (DivergenceError, InterruptedRun) as error:
             self.failure = error
             self.error = str(error)
-            if self._checkpoints is not None:
+            if self._checkpoints is not None and violation(self.model, self.state) is None:
                 self._checkpoints.write(self.time, self.checkpoint())
         return self.result()
 
@@ -241,7 +241,7 @@ class Simulation:
         begin = time.perf_counter()
         if self._courses:
             self._follow_protocols()
-        after, report = advance(self.model, before)
+        after, report = advance_safely(self.model, before)
         self._solver_seconds += time.perf_counter() - begin
         self.state = after
         for observer in self._observers:
@@ -254,7 +254,8 @@ class Simulation:
 
     def result(self) -> Result:
         """The result so far."""
-        self._fields.finish(self.model, self.state)
+        if violation(self.model, self.state) is None:
+            self._fields.finish(self.model, self.state)
         arrays = self._arrays()
         cost = {"solver_wall_s": self._solver_seconds, "compile_wall_s": self.compile_seconds}
         summary = summarise(

@@ -94,10 +94,12 @@ def refuse_target(target: Path, overwrite: bool) -> None:
 
 
 def _simulate(kept: KeptRun, screen: Screen) -> tuple[Result, Failure | None]:
+    from ..preflight import disk_remarks
+
     configuration = kept.configuration
     with RunProgress(screen, configuration.run.duration, configuration.pellet.enabled) as progress:
         simulation = kept.begin(progress.see)
-        for remark in simulation.remarks:
+        for remark in (*simulation.remarks, *disk_remarks(configuration, kept.target)):
             screen.warn(remark)
         progress.start()
         result = simulation.run()

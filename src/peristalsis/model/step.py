@@ -36,12 +36,14 @@ class StepReport:
     """What a step cost: Newton iterations, assemblies of the wall, wall solves (more than one after halving).
 
     krylov_iterations: of the linear solver on the whole surface.
+    halved: why the whole step was made in parts, empty if it was not.
     """
 
     newton_iterations: int
     assemblies: int
     wall_solves: int
     krylov_iterations: int = 0
+    halved: str = ""
 
 
 def advance(model: Model, state: State) -> tuple[State, StepReport]:

@@ -1,0 +1,128 @@
+"""Guards of a run: a step whose fields are not finite, or out of bounds, is tried again in halves and never kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import DivergenceError
+from ..tissue.cells.plant import GATES, TABLE_HIGH, TABLE_LOW
+from ..wall.membrane import LARGEST_STRETCH, SMALLEST_STRETCH
+from .fields import stretch_of_elements
+from .model import Model
+from .state import SheetState, State
+from .step import StepReport, advance
+
+Floats = NDArray[np.float64]
+
+HALVINGS = 3
+"""How often a step is cut in two before the run is given up; the wall cuts its own steps further."""
+
+LARGEST_CALCIUM = 1e3
+ROUNDOFF = 1e-9
+
+
+def advance_safely(model: Model, state: State, halvings: int = HALVINGS) -> tuple[State, StepReport]:
+    """As `advance`, with a state that passes `violation`: a step that fails is made in two, four or eight parts.
+
+    Raises the DivergenceError of the first part that fails at the shortest step.
+    """
+    try:
+        after, report = advance(model, state)
+        wrong = violation(model, after)
+        if wrong is None:
+            return after, report
+        raise DivergenceError(
+            f"{wrong} after the step to t = {after.step * model.dt_wall:.6g} s of {model.dt_wall:.2g} s; lower "
+            "step.wall and step.conduction"
+        )
+    except DivergenceError as error:
+        if halvings == 0:
+            raise
+        why = str(error)
+    finer = replace(model, dt_wall=0.5 * model.dt_wall)
+    half, first = advance_safely(finer, replace(state, step=2 * state.step), halvings - 1)
+    full, second = advance_safely(finer, half, halvings - 1)
+    report = StepReport(
+        first.newton_iterations + second.newton_iterations,
+        first.assemblies + second.assemblies,
+        first.wall_solves + second.wall_solves,
+        first.krylov_iterations + second.krylov_iterations,
+        why,
+    )
+    return replace(full, step=state.step + 1), report
+
+
+def violation(model: Model, state: State) -> str | None:
+    """What is wrong with a state, naming field and place, or None: not finite, or beyond what any tissue can be."""
+    found = (
+        _sheet(model, "longitudinal", state.longitudinal)
+        or _sheet(model, "circular", state.circular)
+        or _sheet(model, "pacemaker", state.pacemaker)
+        or _wall(model, state)
+        or _trigger(model, state)
+    )
+    if found is not None:
+        return found
+    pellet = state.pellet
+    scalars = {
+        "pellet position": pellet.position,
+        "pellet velocity": pellet.velocity,
+        "axial force": pellet.axial_force,
+        "lumen pressure": state.pressure,
+        "reflex": state.reflex.fired if state.reflex.fired != -np.inf else 0.0,
+    }
+    for name, value in scalars.items():
+        if not np.isfinite(value):
+            return f"{name} is {value}"
+    return None if state.pressure >= 0.0 else f"lumen pressure is {state.pressure:.3g} mN/cm^2"
+
+
+def _sheet(model: Model, name: str, sheet: SheetState) -> str | None:
+    places = model.grid.cells
+    bad = _outside(sheet.potential, TABLE_LOW, TABLE_HIGH, places)
+    if bad is not None:
+        return f"{name} potential {bad} mV"
+    for gate, values in zip(GATES, sheet.gates, strict=True):
+        high = LARGEST_CALCIUM if gate == "c" else 1.0 + ROUNDOFF
+        bad = _outside(values, -ROUNDOFF, high, places)
+        if bad is not None:
+            return f"{name} gate {gate} {bad}"
+    return None
+
+
+def _wall(model: Model, state: State) -> str | None:
+    wall, nodes = state.wall, model.grid.nodes
+    infinite = np.inf
+    lengths = {"position": wall.position, "velocity": wall.velocity}
+    rates = {"contact density": wall.contact, "hoop rate": wall.hoop_rate, "stretch rate": wall.stretch_rate}
+    for name, values in {**lengths, **rates, "muscle drive": wall.drive[0], "drive": wall.drive[1]}.items():
+        bad = _outside(values, -infinite, infinite, nodes)
+        if bad is not None:
+            return f"wall {name} {bad}"
+    bad = _outside(wall.position[:, :, 0], SMALLEST_STRETCH * model.wall.radius, infinite, nodes)
+    if bad is not None:
+        return f"wall radius {bad} cm"
+    stretch = stretch_of_elements(wall.position, model.wall.element_size)
+    bad = _outside(stretch, SMALLEST_STRETCH, LARGEST_STRETCH, nodes)
+    return None if bad is None else f"longitudinal stretch {bad}"
+
+
+def _trigger(model: Model, state: State) -> str | None:
+    bad = _outside(state.trigger.tension, -np.inf, np.inf, model.grid.cells)
+    return None if bad is None else f"tension seen by the trigger {bad}"
+
+
+def _outside(values: Floats, low: float, high: float, places: Floats) -> str | None:
+    """The first value that is not a number strictly between two bounds, with its place; None if there is none.
+
+    values: (n, ...) along the tube. places: [cm], as many or, for half elements, about half as many.
+    """
+    good = (values > low) & (values < high)
+    if good.all():
+        return None
+    index = np.unravel_index(int(np.argmin(good)), good.shape)
+    place = places[min(int(index[0] * places.size / values.shape[0]), places.size - 1)]
+    return f"is {values[index]:.3g} at z = {place:.3g} cm,"
