@@ -113,10 +113,10 @@ def _check_target(target: Path, overwrite: bool) -> None:
             f"{shown(str(target))} is a symbolic link, which is neither followed nor replaced; name its target with "
             "--out"
         )
-    if not target.name or len(os.fsencode(target.name)) > LONGEST_NAME:
+    if not target.name or "\0" in target.name or len(os.fsencode(target.name)) > LONGEST_NAME:
         raise WriteError(
-            f"{shown(str(target))}: the name of the folder has no letter or more than {LONGEST_NAME} bytes; choose "
-            "another one with --out"
+            f"{shown(str(target))}: a folder cannot have this name, or not with the hidden one beside it: at most "
+            f"{LONGEST_NAME} bytes; choose another one with --out"
         )
     if target.exists() and not overwrite:
         raise WriteError(f"{shown(str(target))} exists; choose another folder with --out, or say --overwrite")

@@ -85,6 +85,7 @@ def test_fitted_decay_agrees_with_the_end_length(tension: str) -> None:
     away = np.abs(radius / radius[500] - 1.0)
     part = (away < 1e-2) & (away > 3e-4) & (z < 1.0)
     fitted = -1.0 / np.polyfit(z[part], np.log(away[part]), 1)[0]
+    assert fitted == pytest.approx(length, rel=0.01)
 
 
 def test_slack_wall_is_said() -> None:
