@@ -135,8 +135,8 @@ def _open_kernel(rows: int, columns: int, problem: KernelProblem, variant: Varia
 def _closed_kernel(rows: int, columns: int, problem: KernelProblem) -> Floats:
     """The same for the offsets 0 ... n - 1 on a ring, with every image around it and along z.
 
-    The images around the ring turn arctan(y/x) into arctan(tanh Y/tan X) with X = pi x/L, Y = pi y/L, since 1/(x + iy)^2
-    summed over them is (pi/L)^2/sin^2(X + iY). Those along z then fall off exponentially.
+    The images around the ring turn arctan(y/x) into arctan(tanh Y/tan X), X = pi x/L and Y = pi y/L, because the sum of
+    1/(x + iy)^2 over them is (pi/L)^2/sin^2(X + iY). Those along z then fall off exponentially.
     """
     dx, dy = problem.scaled_sizes
     scale = math.pi / (columns * dx)
