@@ -27,7 +27,7 @@ def front_speed(
 ) -> float | None:
     """Speed of a plane front on n cells of this size along z, or around a ring half of n to either side [cm/s].
 
-    None if it does not come through within the limit [ms]. The sheet is `width` cells in the other direction, of the same size.
+    None if it does not come through within the limit [ms]. In the other direction the sheet is `width` such cells.
     """
     shape = (n, width) if direction == "z" else (width, n)
     size = n * width
@@ -62,6 +62,7 @@ def front_speed(
     return None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("axial", "hoop"), [(1.0, 1.0), (0.7, 1.4)])
 @pytest.mark.parametrize(("kind", "ratio"), [(LONGITUDINAL, 8.8), (CIRCULAR, 1.0)], ids=["longitudinal", "circular"])
 def test_speeds_along_and_around_go_with_the_root_of_the_effective_conductivity(
@@ -77,7 +78,7 @@ def test_speeds_along_and_around_go_with_the_root_of_the_effective_conductivity(
     assert along == pytest.approx(4.2 / np.sqrt(axial), rel=0.005)
 
 
-@pytest.mark.parametrize("per_foot", [0.7, 2.0, 6.0, 11.0])
+@pytest.mark.parametrize("per_foot", [0.7, 2.0, 6.0, pytest.param(11.0, marks=pytest.mark.slow)])
 def test_predicted_slowness_of_coarse_columns(per_foot: float) -> None:
     """The warning's law, measured anew with the bidomain across the fibres; 11 feet is the layer at 64 columns."""
     foot = front_foot(DIFFUSIVITY / 8.8)
@@ -87,6 +88,7 @@ def test_predicted_slowness_of_coarse_columns(per_foot: float) -> None:
     assert speed / fine == pytest.approx(relative_front_speed(per_foot * foot, foot), abs=0.01)
 
 
+@pytest.mark.slow
 def test_very_coarse_columns_stop_the_front() -> None:
     """Beyond the law's end nothing passes, and the law says so."""
     foot = front_foot(DIFFUSIVITY / 8.8)

@@ -114,10 +114,14 @@ def average(weights: Overlap, source: np.ndarray, target: np.ndarray) -> None:
 
 @compiled
 def average_around(weights: Overlap, source: np.ndarray, target: np.ndarray) -> None:
-    """Write the average of `source` (shape (n, n_source)) over each target column into `target`, row by row."""
+    """Write the average of `source` (shape (n, n_source)) over each target column into `target`, row by row.
+
+    Taken relative to one of the sources, so that a row without variation stays so to the last bit.
+    """
     for i in range(target.shape[0]):
         for t in range(target.shape[1]):
+            base = source[i, weights.indices[weights.start[t]]]
             total = 0.0
             for k in range(weights.start[t], weights.start[t + 1]):
-                total += weights.weights[k] * source[i, weights.indices[k]]
-            target[i, t] = total
+                total += weights.weights[k] * (source[i, weights.indices[k]] - base)
+            target[i, t] = base + total
