@@ -28,6 +28,7 @@ from peristalsis.errors import ConfigurationError, UnknownKeyError, shown, sugge
 from peristalsis.parameters import PARAMETERS, READINGS, Parameter, Value, shipped
 from peristalsis.protocols import Protocol
 from peristalsis.protocols import parse as parse_protocol
+from peristalsis.recording import CHOICES as FIELD_CHOICES
 from peristalsis.regions import Region
 from peristalsis.regions import read as read_regions
 from peristalsis.regions import schema as regions_schema
@@ -74,6 +75,8 @@ class Section(BaseModel):
         kind = _kind(field)
         if kind == "number":
             return units.read(value, _unit(field))
+        if kind == "names" and isinstance(value, list | tuple):
+            return tuple(value)
         if kind == "list" and isinstance(value, list | tuple):
             return tuple(units.read(item, _unit(field)) for item in value)
         if kind == "integer" and isinstance(value, Integral) and not isinstance(value, bool):
@@ -275,6 +278,15 @@ class Output(Section):
 
     interval: float = parameter("output.interval", gt=0, le=1e4)
     probes: tuple[Annotated[float, Field(ge=0, le=200)], ...] = parameter("output.probes", max_length=1000)
+    fields: tuple[str, ...] = parameter("output.fields", max_length=100)
+
+    @field_validator("fields")
+    @classmethod
+    def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        for name in names:
+            if name not in FIELD_CHOICES:
+                raise ValueError(f"{shown(name)} is not a field; {suggestion(name, FIELD_CHOICES)}")
+        return names
 
 
 @dataclass(frozen=True, slots=True)
@@ -547,14 +559,14 @@ def _kind(field: FieldInfo) -> str:
     if get_origin(annotation) is Literal:
         return "choice"
     if get_origin(annotation) is tuple:
-        return "list"
+        return "names" if get_args(annotation)[0] is str else "list"
     return {bool: "switch", int: "integer", float: "number"}[annotation]  # type: ignore[index]
 
 
 def _bounds(field: FieldInfo) -> dict[str, float]:
     """Bounds of a number, or of the items of a list."""
     constraints: list[Any] = list(field.metadata)
-    if get_origin(field.annotation) is tuple:
+    if _kind(field) == "list":
         item = get_args(field.annotation)[0]
         constraints = [inner for outer in item.__metadata__ for inner in outer.metadata]
     return {
@@ -575,7 +587,7 @@ def _specs() -> Iterator[FieldSpec]:
                 name=name,
                 kind=kind,
                 unit=_unit(field),
-                choices=get_args(field.annotation) if kind == "choice" else (),
+                choices=get_args(field.annotation) if kind == "choice" else FIELD_CHOICES if kind == "names" else (),
                 bounds=_bounds(field),
             )
 
@@ -677,7 +689,7 @@ def _from_text(key: str, value: object) -> object:
         case "integer":
             digits = text.removeprefix("-").removeprefix("+")
             return int(text) if digits.isascii() and digits.isdigit() and len(digits) <= 18 else value
-        case "list":
+        case "list" | "names":
             inner = text.removeprefix("[").removesuffix("]").strip()
             return [item.strip().strip("'\"") for item in inner.split(",")] if inner else []
         case _:
@@ -709,7 +721,7 @@ def _schema_of(spec: FieldSpec, about: Parameter) -> dict[str, Any]:
     names = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
     limits = {names[bound]: limit for bound, limit in spec.bounds.items()}
     schema: dict[str, Any]
-    if spec.kind == "choice":
+    if spec.kind in ("choice", "names"):
         schema = {"type": "string", "enum": list(spec.choices)}
     elif spec.kind == "switch":
         schema = {"type": "boolean"}
@@ -720,7 +732,7 @@ def _schema_of(spec: FieldSpec, about: Parameter) -> dict[str, Any]:
     else:
         schema = {"type": "string", "x-unit": spec.unit}
         schema |= {f"x-{name}": limit for name, limit in limits.items()}
-    if spec.kind == "list":
+    if spec.kind in ("list", "names"):
         schema = {"type": "array", "items": schema}
     origin = {"description": about.description, "x-tag": about.tag, "x-source": about.source}
     return schema | {"default": units.written(about.value, about.unit)} | origin
@@ -768,9 +780,11 @@ def _cause(complaint: Any, spec: FieldSpec | None) -> str:
             return "not a switch; write true or false, without quotes in a file"
         case "integer":
             return f"not a whole number; give one of {spec.allowed()}"
-        case "list" if kind == "too_long":
+        case "list" | "names" if kind == "too_long":
             return f"the list is too long; give at most {complaint['ctx']['max_length']} items"
         case "list":
             return f"not a list; write for example ['2 {spec.unit}', '5 {spec.unit}']"
+        case "names":
+            return f"not a list of names; write for example ['{spec.choices[0]}'] or ['{spec.choices[1]}']"
         case _:
             return f"{complaint['msg'].lower()}; give a value of {spec.allowed()}"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from peristalsis import units
 from peristalsis.errors import ConfigurationError
 from peristalsis.parameters import PARAMETERS
+from peristalsis.recording import Recording, planned
 from peristalsis.regions import check as check_regions
 
 if TYPE_CHECKING:
@@ -93,21 +94,24 @@ def _check_steps(config: Configuration) -> None:
             "output.interval",
             f"{config.output.interval} s",
             f"the stored fields would take about {size / 1e9:.3g} GB, over {LARGEST_OUTPUT / 1e9:.3g} GB",
-            "store less often, shorten the run or use fewer nodes",
+            "store less often or fewer fields (output.fields), shorten the run or use fewer nodes",
         )
     for key, time in (("run.duration", run.duration), ("output.interval", config.output.interval)):
         if time < units.to_internal(step.wall, "ms") * (1 - 1e-9):
             _refuse(key, f"{time} s", f"it is shorter than step.wall = {step.wall} ms", "use at least one step")
 
 
+def recording_of(config: Configuration) -> Recording:
+    """What a run keeps: fields at every interval, numbers and probes at every step."""
+    grid, output = config.grid, config.output
+    step = units.to_internal(config.step.wall, "ms")
+    nodes, cells = (grid.n_z_wall + 1) * grid.n_theta, grid.n_z * grid.conduction_columns
+    return planned(config.run.duration, output.interval, step, nodes, cells, len(output.probes), output.fields)
+
+
 def output_size(config: Configuration) -> float:
     """Bytes of all recorded arrays: fields at every interval, numbers and probes at every step."""
-    grid, duration = config.grid, config.run.duration
-    step = units.to_internal(config.step.wall, "ms")
-    frames = duration / max(config.output.interval, step) + 2
-    fields = 12 * (grid.n_z_wall + 1) * grid.n_theta + 4 * grid.n_z * grid.conduction_columns
-    numbers = 22 + 10 * len(config.output.probes)
-    return 8.0 * (frames * fields + (duration / step + 1) * numbers)
+    return recording_of(config).size
 
 
 def _check_places(config: Configuration) -> None:

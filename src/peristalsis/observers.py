@@ -17,6 +17,7 @@ from .model.state import State
 from .model.step import StepReport
 from .names import SCALARS
 from .pellet.friction import sliding_velocity
+from .recording import ALL, chosen
 from .tissue.cells.plant import GATES
 from .wall import membrane
 
@@ -104,9 +105,10 @@ class ScalarRecorder:
 
 @dataclass
 class FieldRecorder:
-    """The fields of `names.FIELDS` every `every` steps, and at the end of the run."""
+    """Chosen fields of `names.FIELDS` every `every` steps, and at the end of the run."""
 
     every: int
+    names: tuple[str, ...] = chosen((ALL,))
     steps: list[int] = field(default_factory=list)
     frames: dict[str, list[Floats]] = field(default_factory=dict)
 
@@ -127,8 +129,10 @@ class FieldRecorder:
 
     def _record(self, model: Model, state: State) -> None:
         self.steps.append(state.step)
-        for name, values in fields_of(model, state).items():
-            self.frames.setdefault(name, []).append(values)
+        fields = fields_of(model, state)
+        for name in self.names:
+            # A copy: what is seen here are slices that would keep whole arrays of the state alive.
+            self.frames.setdefault(name, []).append(fields[name].copy())
 
 
 def fields_of(model: Model, state: State) -> dict[str, Floats]:

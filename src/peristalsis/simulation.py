@@ -40,6 +40,7 @@ from .observers import (
 )
 from .packing import pack, packable, unpack
 from .protocols import changeable, values_at
+from .recording import chosen
 from .result import Result, summarise
 from .warm_up import warm_up
 
@@ -70,7 +71,7 @@ class Simulation:
         probes = np.array(configuration.output.probes, dtype=float)
         cells = np.clip((probes / cell).astype(np.int64), 0, self.model.grid.n_z - 1)
         self._scalars = ScalarRecorder()
-        self._fields = FieldRecorder(every)
+        self._fields = FieldRecorder(every, chosen(configuration.output.fields))
         self._probes = ProbeRecorder(cells)
         self._events = EventRecorder()
         self._expulsion = Expulsion(configuration.run.stop_when_expelled)

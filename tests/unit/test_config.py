@@ -76,6 +76,8 @@ def valid(spec: FieldSpec) -> st.SearchStrategy[Any]:
         return st.booleans()
     if spec.kind == "choice":
         return st.sampled_from(spec.choices)
+    if spec.kind == "names":
+        return st.lists(st.sampled_from(spec.choices), max_size=5)
     low = spec.bounds.get("gt", spec.bounds.get("ge"))
     high = spec.bounds["le"]
     assert low is not None

@@ -119,6 +119,11 @@ MISTAKES = {
     "region in words": setting("regions=the oral end", "not a list of tables", "[[regions]]"),
     "map that is not there": file("[[regions]]\nname='a'\nshape='map'\nquantities='active'\nfile='b.csv'", "'b.csv'"),
     "pacemaker beyond the tube": setting("pacemaker.place=9.9 cm", "use at most 9.7 cm"),
+    "field that is not stored": setting("output.fields=[radius_of_wall]", "'radius_of_wall' is not a field", "all"),
+    "more fields than memory": Mistake(
+        (*RUN, "--set", "grid.n_z_wall=20000", "--set", "grid.n_z=20000", "--set", "output.interval=2 ms"),
+        ("output.interval = 0.002 s", "GB", "output.fields"),
+    ),
     # the same thing twice
     "key set twice": Mistake(
         (*RUN, "--set", "pellet.radius=1 cm", "--set", "pellet.radius=0.9 cm"),
@@ -189,6 +194,11 @@ MISTAKES = {
     "nothing to film": Mistake(("film", "out/none"), ("'out/none'", "result.nc is missing")),
     "unknown film": Mistake(("film", "out/old", "--out", "a.doc"), ("'a.doc'", ".gif or .mp4")),
     "nothing to export": Mistake(("export", "out/none"), ("'out/none'", "result.nc is missing")),
+    "unknown export": Mistake(("export", "out/old", "--format", "vtu"), ("'vtu'", "csv, vtk", "did you mean vtk?")),
+    "nothing to draw in space": Mistake(("scene", "out/none"), ("'out/none'", "result.nc is missing")),
+    "unknown scene": Mistake(("scene", "out/old", "--out", "a.jpg"), ("'a.jpg'", ".png, .gif, .mp4")),
+    "time of a film": Mistake(("scene", "out/old", "--out", "a.gif", "--time", "1 s"), ("'1 s'", "leave it out")),
+    "time without unit": Mistake(("scene", "out/old", "--time", "1"), ("--time = '1'", "the unit is missing")),
     "nothing to compare with": Mistake(("compare", "out/none"), ("'out/none'", "second folder")),
     "compared with itself": Mistake(("compare", "out/none", "out/none"), ("'out/none'", "twice")),
     "nothing to compare": Mistake(("compare", "out/none", "out/nil"), ("'out/none'", "result.nc is missing")),

@@ -10,7 +10,7 @@ from peristalsis.errors import ReadingNotFound
 from peristalsis.parameters import PARAMETERS, READINGS, SOURCES, Parameter, Tag, shipped
 from peristalsis.units import CANONICAL_UNITS
 
-TYPES = {"number": float, "integer": int, "switch": bool, "choice": str, "list": tuple}
+TYPES = {"number": float, "integer": int, "switch": bool, "choice": str, "list": tuple, "names": tuple}
 
 
 def number(key: str) -> float:

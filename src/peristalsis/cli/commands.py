@@ -40,6 +40,7 @@ EXAMPLES = {
         "peristalsis plot out/baseline overview --format pdf --format svg",
     ),
     "film": ("peristalsis film out/baseline", "peristalsis film out/baseline --out baseline.gif"),
+    "scene": ("peristalsis scene out/baseline", "peristalsis scene out/baseline --time '1.2 s' --out squeeze.png"),
     "export": (
         "peristalsis export out/baseline",
         "peristalsis export out/baseline --out tables",
@@ -256,6 +257,36 @@ def film_(
     from .stored import film
 
     return Job(lambda screen: film(folder, out, overwrite, screen))
+
+
+@app.command("scene", epilog=_epilog("scene"))
+def scene_(
+    folder: Folder,
+    out: Annotated[
+        str | None,
+        typer.Option(
+            "--out", metavar="FILE", help="A picture (.png) or film (.gif, .mp4); FOLDER/scene.png unless given."
+        ),
+    ] = None,
+    time: Annotated[
+        str | None,
+        typer.Option(
+            "--time", metavar="T", help="Time of a picture, such as '1.2 s'; of the hardest contact unless given."
+        ),
+    ] = None,
+    colour: Annotated[
+        str, typer.Option("--colour", metavar="FIELD", help="Output that colours the wall.")
+    ] = "stretch_circumferential",
+    overwrite: Overwrite = False,
+    as_json: Json = False,
+) -> Job:
+    """Draw a stored run in space: the wall cut open, the pellet in it.
+
+    Needs the extra `surface`; without it, or without graphics libraries, it says what is missing.
+    """
+    from .stored import scene
+
+    return Job(lambda screen: scene(folder, out, time, colour, overwrite, screen))
 
 
 @app.command("export", epilog=_epilog("export"))

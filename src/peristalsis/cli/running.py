@@ -94,9 +94,11 @@ def refuse_target(target: Path, overwrite: bool) -> None:
 
 
 def _simulate(kept: KeptRun, screen: Screen) -> tuple[Result, Failure | None]:
+    from ..consistency import recording_of
     from ..preflight import disk_remarks
 
     configuration = kept.configuration
+    screen.line(recording_of(configuration).words())
     with RunProgress(screen, configuration.run.duration, configuration.pellet.enabled) as progress:
         simulation = kept.begin(progress.see)
         for remark in (*simulation.remarks, *disk_remarks(configuration, kept.target)):

@@ -81,6 +81,7 @@ def schema(screen: Screen) -> int:
 def validate(file: str, screen: Screen) -> int:
     """Whether a file is a valid configuration; what is wrong with it is the error."""
     from .. import scenarios
+    from ..consistency import recording_of
 
     configuration = Input(None, file=file).configuration()
     screen.scenario = configuration.scenario
@@ -91,12 +92,15 @@ def validate(file: str, screen: Screen) -> int:
         f"{spelled(file)} is valid: scenario {configuration.scenario}, reading {configuration.reading}, "
         f"{len(changed)} parameters changed" + (f" ({', '.join(changed)})" if changed else "")
     )
+    recording = recording_of(configuration)
+    screen.say(recording.words())
     screen.answer(
         {
             "scenario": configuration.scenario,
             "reading": configuration.reading,
             "status": "valid",
             "changed": changed,
+            "stored_bytes": round(recording.size),
             "digest": configuration.digest(),
         }
     )

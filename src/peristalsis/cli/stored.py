@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 FORMATS = ("png", "svg", "pdf")
 FILMS = (".gif", ".mp4")
+SCENES = (".png", *FILMS)
 EXPORTS = ("csv", "vtk")
 
 Done = TypeVar("Done")
@@ -46,6 +47,22 @@ def film(folder: str, out: str | None, overwrite: bool, screen: Screen) -> int:
     result = _load(folder, screen)
     _refuse_existing(target, overwrite or out is None)
     _written(target, lambda: result.plot.film(target))
+    return _say_written([target], screen)
+
+
+def scene(folder: str, out: str | None, time: str | None, colour: str, overwrite: bool, screen: Screen) -> int:
+    """Draw a stored run in space."""
+    from ..units import parse
+
+    target = Path(folder, "scene.png") if out is None else Path(out)
+    if target.suffix.lower() not in SCENES:
+        raise ConfigurationError(f"--out {shown(str(target))}: a scene ends in {', '.join(SCENES)}; rename it")
+    seconds = None if time is None else parse(time, "s", "--time")
+    if seconds is not None and target.suffix.lower() != ".png":
+        raise ConfigurationError(f"--time {shown(time)}: a film shows all times; leave it out, or name a .png")
+    result = _load(folder, screen)
+    _refuse_existing(target, overwrite or out is None)
+    _written(target, lambda: result.plot.scene(target, time=seconds, colour=colour))
     return _say_written([target], screen)
 
 

@@ -108,13 +108,19 @@ def _parameter(file: str, key: str, table: dict[str, Any], cited: str) -> Parame
         raise ValueError(f"{file}.toml: {key} has tag {shown(tag)}; {suggestion(str(tag), get_args(Tag))}")
     return Parameter(
         key=key,
-        value=tuple(float(item) for item in value) if isinstance(value, list) else value,
+        value=_items(value) if isinstance(value, list) else value,
         unit=table.get("unit", ""),
         tag=tag,
         source=f"{cited}: {table['source']}",
         description=table["description"],
         printed=table.get("printed", ""),
     )
+
+
+def _items(values: list[Any]) -> tuple[float, ...] | tuple[str, ...]:
+    if all(isinstance(item, str) for item in values):
+        return tuple(values)
+    return tuple(float(item) for item in values)
 
 
 def _disjoint(sources: Mapping[str, Source]) -> Mapping[str, Source]:

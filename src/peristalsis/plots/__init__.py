@@ -35,9 +35,13 @@ class Plots:
         return tuple(figures())
 
     def available(self) -> tuple[str, ...]:
-        """The figures this run can show: without a pellet, those that need none."""
-        pellet = self._result.configuration.pellet.enabled
-        return tuple(name for name, figure in figures().items() if pellet or not figure.needs_pellet)
+        """The figures this run can show: without a pellet, those that need none, and of the fields that it stored."""
+        pellet, arrays = self._result.configuration.pellet.enabled, self._result.arrays
+        return tuple(
+            name
+            for name, figure in figures().items()
+            if (pellet or not figure.needs_pellet) and all(field in arrays for field in figure.fields)
+        )
 
     def caption(self, name: str) -> str:
         """What the figure shows, in the words of a figure caption."""
@@ -96,6 +100,12 @@ class Plots:
         from .film import film
 
         return film(self._result, path, frames, rate)
+
+    def scene(self, path: str | os.PathLike[str], **options: Any) -> Path:
+        """Write a picture (.png) or a film (.gif, .mp4) of the tube in space; see `plots.scene`. Needs pyvista."""
+        from .scene import scene
+
+        return scene(self._result, path, **options)
 
     def __getattr__(self, name: str) -> Callable[..., Canvas]:
         known = figures()

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 class Figure:
     """One figure as data. `draw(result, **options)` returns a matplotlib Figure that belongs to no window.
 
-    `caption` says what is plotted as a journal would print it; `needs_pellet` keeps it from runs without one.
+    `caption` says what is plotted as a journal would print it; `needs_pellet` keeps it from runs without one, and
+    `fields` from runs that did not store these.
     """
 
     name: str
@@ -22,3 +23,4 @@ class Figure:
     caption: str
     draw: Callable[..., Canvas]
     needs_pellet: bool = False
+    fields: tuple[str, ...] = ()

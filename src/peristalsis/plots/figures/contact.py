@@ -68,4 +68,5 @@ FIGURE = Figure(
     ),
     draw=draw,
     needs_pellet=True,
+    fields=("contact_pressure",),
 )

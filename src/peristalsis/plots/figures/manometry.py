@@ -87,4 +87,5 @@ FIGURE = Figure(
         "between them. (b) The same with a sensor every 0.25 mm. Grey: no sensor."
     ),
     draw=draw,
+    fields=("contact_pressure",),
 )

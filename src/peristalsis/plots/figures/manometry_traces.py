@@ -60,4 +60,5 @@ FIGURE = Figure(
         "lumen pressure of the run."
     ),
     draw=draw,
+    fields=("contact_pressure",),
 )

@@ -64,4 +64,5 @@ FIGURE = Figure(
         "towards the anal end. (h) Contact pressure over the distance from its centre. Oral end at the top throughout."
     ),
     draw=draw,
+    fields=("stretch_longitudinal", "potential_longitudinal", "potential_circular", "contact_pressure"),
 )

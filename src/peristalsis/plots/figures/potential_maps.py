@@ -74,4 +74,5 @@ FIGURE = Figure(
         "; its speed is the slope of place over time between z = 30 and 80 mm."
     ),
     draw=draw,
+    fields=("potential_longitudinal", "potential_circular"),
 )

@@ -86,4 +86,15 @@ FIGURE = Figure(
         "is pressed onto the pellet."
     ),
     draw=draw,
+    fields=(
+        "stretch_longitudinal",
+        "tension_longitudinal",
+        "active_tension_longitudinal",
+        "passive_tension_longitudinal",
+        "stretch_circumferential",
+        "tension_circumferential",
+        "active_tension_circumferential",
+        "passive_tension_circumferential",
+        "contact_pressure",
+    ),
 )

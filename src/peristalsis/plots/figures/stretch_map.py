@@ -48,4 +48,5 @@ FIGURE = Figure(
         "these contractions of the longitudinal muscle."
     ),
     draw=draw,
+    fields=("stretch_longitudinal",),
 )

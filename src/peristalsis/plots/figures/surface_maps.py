@@ -87,4 +87,5 @@ FIGURE = Figure(
         "at the left."
     ),
     draw=draw,
+    fields=tuple(shown.name for shown in PANELS),
 )

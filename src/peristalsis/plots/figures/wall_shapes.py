@@ -153,4 +153,5 @@ FIGURE = Figure(
         "the scale in the first panel."
     ),
     draw=draw,
+    fields=("tension_circumferential", "contact_pressure"),
 )
