@@ -78,7 +78,8 @@ MISPRINTS = (
     Misprint(
         "(11)",
         "M_vs/(1 + μ) before the term around the ring only",
-        (
+        tests=(*QUICK, "tests/verification/test_wave_speed.py"),
+        patches=(
             Patch(
                 "build.py",
                 "    return 1e3 * c.tissue.volume_to_surface * series / c.tissue.capacitance",
@@ -118,8 +119,8 @@ MISPRINTS = (
     Misprint("p0", "1.0 kPa, as in the list of parameters", changes=("lumen.pressure=1 kPa",)),
     Misprint(
         "conductivities",
-        "as printed, without the calibrated scale",
-        changes=("longitudinal.conductivity_scale=1", "circular.conductivity_scale=1"),
+        "as printed, without the calibrated scale (60 ms)",
+        changes=("longitudinal.conductivity_scale=1", "circular.conductivity_scale=1", "run.duration=60 ms"),
     ),
     Misprint(
         "g_is = 2 in the isotropic set",
@@ -127,6 +128,14 @@ MISPRINTS = (
         changes=("circular.intracellular_circumferential=2 mS/cm",),
     ),
 )
+
+
+def _speeds(found: dict[str, object]) -> str:
+    """Wave speeds of both layers."""
+    speeds = found.get("wave_speed_cm_s")
+    if not isinstance(speeds, dict):
+        return "–"
+    return ", ".join("–" if speed is None else f"{speed:.4g}" for speed in speeds.values())
 
 
 def main() -> None:
@@ -150,6 +159,7 @@ def main() -> None:
                 transit,
                 found.get("travel_cm"),
                 force,
+                _speeds(found),
                 str(found.get("error") or "–")[:160],
             )
         )
@@ -161,6 +171,7 @@ def main() -> None:
         "transit (s)",
         "travel (cm)",
         "largest force (mN)",
+        "waves (cm/s)",
         "error",
     )
     text = "# The paper's misprints put back\n\nMade by `python evidence/misprints.py`: each is put alone into a copy "
