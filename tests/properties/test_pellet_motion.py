@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from verification.problems.orders import assert_order
-from verification.problems.pellets import Oscillation, Ramp
 
 from peristalsis.pellet.friction import sliding_velocity
+from peristalsis.verification.exact.orders import assert_order
+from peristalsis.verification.exact.pellets import Oscillation, Ramp
 
 
 def travel(force: Callable[[float], float], viscous: float, dry: float, end: float, steps: int) -> np.ndarray:

@@ -3,8 +3,8 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from verification.problems.wall import CIRCULAR, LONGITUDINAL
 
+from peristalsis.verification.exact.wall import CIRCULAR, LONGITUDINAL
 from peristalsis.wall.active import ActiveConstants, active_tension
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from verification.problems.runs import EXACT, IDLE, march, moved, started
-from verification.problems.wall import discrete_energy, discrete_volume
 
 from peristalsis.model.balance import Work, work_of_step
+from peristalsis.verification.exact.runs import EXACT, IDLE, march, moved, started
+from peristalsis.verification.exact.wall import discrete_energy, discrete_volume
 
 
 def test_residual_is_stored_and_lost_less_given() -> None:

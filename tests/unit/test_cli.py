@@ -153,6 +153,7 @@ def test_examples_run(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captu
     monkeypatch.setattr(Plots, "save", save)
     monkeypatch.setattr(Plots, "film", film)
     monkeypatch.setattr("peristalsis.cli.paper_command.carry_out_order", lambda order, screen: 0)
+    monkeypatch.setattr("peristalsis.cli.verify_command.carry_out_order", lambda order, screen: 0)
     monkeypatch.setitem(sys.modules, "peristalsis.plots.export", SimpleNamespace(export_csv=export_csv))
     (here / "my.toml").write_text('scenario = "resting"\n[lumen]\npressure = "1 mmHg"\n', encoding="utf-8")
     assert main(["run", "reflex_only"]) == 0

@@ -1,9 +1,9 @@
 """The ghost rings and the flux of the conduction operator, column by column, Eq. (30)."""
 
 import numpy as np
-from verification.problems.cable import apply_operator
 
 from peristalsis.tissue.conduction import GHOSTS, diffuse, fill_ghosts
+from peristalsis.verification.exact.cable import apply_operator
 
 
 def test_ghosts_mirror_the_potential_over_both_ends() -> None:

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from verification.problems.runs import EXACT, IDLE, march, started
-from verification.problems.wall import InflatedTube, settle, wall_constants
 
 from peristalsis.model.equilibrium import CONVERGED, REASONS
 from peristalsis.model.step import advance
+from peristalsis.verification.exact.runs import EXACT, IDLE, march, started
+from peristalsis.verification.exact.wall import InflatedTube, settle, wall_constants
 
 
 def test_every_verdict_has_its_words() -> None:

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from verification.problems.runs import EXACT, started, wave_catches_pellet
-from verification.problems.wall import axial_invariants
 
 from peristalsis.model.contact_summary import contact_summary
 from peristalsis.model.fields import (
@@ -13,6 +11,8 @@ from peristalsis.model.fields import (
     nodal_tensions,
     stretch_of_elements,
 )
+from peristalsis.verification.exact.runs import EXACT, started, wave_catches_pellet
+from peristalsis.verification.exact.wall import axial_invariants
 
 
 def test_end_reactions_are_the_axial_force_of_the_free_tube() -> None:

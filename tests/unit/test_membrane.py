@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from verification.problems.runs import configured
-from verification.problems.wall import COUPLED, assembled, dense, discrete_energy, wall_constants
 
 from peristalsis.build import build
 from peristalsis.model.fields import corner_tensions
 from peristalsis.model.initial import initial_state
 from peristalsis.numerics.banded import HALF_WIDTH
+from peristalsis.verification.exact.runs import configured
+from peristalsis.verification.exact.wall import COUPLED, assembled, dense, discrete_energy, wall_constants
 from peristalsis.wall.membrane import (
     PARTS,
     TOTAL_CIRCULAR,

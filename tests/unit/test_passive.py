@@ -3,8 +3,8 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from verification.problems.wall import COUPLED, TIGHT, complex_step, energy, gradient
 
+from peristalsis.verification.exact.wall import COUPLED, TIGHT, complex_step, energy, gradient
 from peristalsis.wall.passive import PassiveConstants, passive_tension, strain_energy
 
 stretches = st.floats(0.5, 2.0)

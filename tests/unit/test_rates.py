@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from verification.problems.orders import assert_order
 
 from peristalsis.numerics.rates import STATIC, rate_formula
+from peristalsis.verification.exact.orders import assert_order
 
 steps = st.floats(1e-5, 1.0)
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from verification.problems.cell import ReferenceCell
 
 from peristalsis.build import cell_constants
 from peristalsis.config import Configuration
 from peristalsis.tissue.cells.plant import gate_table
 from peristalsis.tissue.rest import RestState, rest_state
+from peristalsis.verification.exact.cell import ReferenceCell
 
 CONSTANTS = cell_constants(Configuration(), 0.125)
 TABLE = gate_table(0.25, CONSTANTS)

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from verification.problems.runs import configured
 
 from peristalsis.errors import ConfigurationError, WriteError
 from peristalsis.names import OUTPUTS
 from peristalsis.result import Result, load, wave_speed
 from peristalsis.simulation import Simulation
+from peristalsis.verification.exact.runs import configured
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from verification.problems.runs import configured
 
 from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError, DivergenceError
 from peristalsis.simulation import Simulation
+from peristalsis.verification.exact.runs import configured
 
 COARSE = {"grid.n_z": 200, "grid.n_z_wall": 100, "run.duration": "0.2 s"}
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from verification.problems.runs import IDLE, march, moved, started
 
 from peristalsis.errors import DivergenceError
 from peristalsis.model.step import advance, muscle_drive
+from peristalsis.verification.exact.runs import IDLE, march, moved, started
 
 
 def same(a: Any, b: Any) -> bool:

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from verification.problems.runs import wave_catches_pellet
-from verification.problems.wall import discrete_volume, wall_constants
 
 from peristalsis.geometry.tube import lumen_volume
 from peristalsis.numerics.banded import HALF_WIDTH
+from peristalsis.verification.exact.runs import wave_catches_pellet
+from peristalsis.verification.exact.wall import discrete_volume, wall_constants
 from peristalsis.wall.membrane import assemble_pressure
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import scipy.fft
-from verification.problems.orders import assert_order
-from verification.problems.surface import CIRCULAR, LONGITUDINAL, PathmanathanGray, Surface, apply_surface
+from peristalsis.verification.exact.orders import assert_order
+from peristalsis.verification.exact.surface import CIRCULAR, LONGITUDINAL, PathmanathanGray, Surface, apply_surface
 
 from peristalsis.tissue.kernel import KernelProblem, Variant, interstitial_source, kernel_current
 from peristalsis.tissue.surface import Conductivities, SurfaceSizes

@@ -6,16 +6,16 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from verification.problems.orders import assert_order
-from verification.problems.pellets import FrictionlessContact
-from verification.problems.runs import EXACT, IDLE, March, march, moved, started, wave_catches_pellet
-from verification.problems.wall import axial_invariants
 
 from peristalsis.model.equilibrium import CONVERGED, LumenConstants, Step, solve_equilibrium
 from peristalsis.model.fields import contact_pressure, corner_tensions, end_reactions, nodal, stretch_of_elements
 from peristalsis.model.model import Model
 from peristalsis.model.state import State
 from peristalsis.pellet.contact import smallest_gap
+from peristalsis.verification.exact.orders import assert_order
+from peristalsis.verification.exact.pellets import FrictionlessContact
+from peristalsis.verification.exact.runs import EXACT, IDLE, March, march, moved, started, wave_catches_pellet
+from peristalsis.verification.exact.wall import axial_invariants
 from peristalsis.wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL
 
 Floats = NDArray[np.float64]

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from verification.problems.orders import observed_orders
-from verification.problems.runs import EXACT, March, march, wave_catches_pellet
 
 from peristalsis.model.balance import Work, work_of_step
+from peristalsis.verification.exact.orders import observed_orders
+from peristalsis.verification.exact.runs import EXACT, March, march, wave_catches_pellet
 
 RESTING = {"pellet.enabled": False, "pacemaker.kind": "none", "reflex.enabled": False}
 

@@ -1,89 +1,24 @@
-"""The wall against exact states, first integrals and decaying modes, Eqs. (1)-(5), (32), (35)."""
+"""The wall: what M1-M4 and M8 leave, decaying modes of the rod, Eqs. (1)-(5), (32), (35)."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from verification.problems.orders import assert_order
-from verification.problems.runs import EXACT, IDLE, march, moved, started
-from verification.problems.wall import (
-    COUPLED,
-    InflatedTube,
-    assembled,
-    axial_invariants,
-    settle,
-    wall_constants,
-)
 
 from peristalsis.errors import DivergenceError
 from peristalsis.model.step import advance
-from peristalsis.numerics.banded import HALF_WIDTH
-from peristalsis.numerics.rates import rate_formula
-from peristalsis.wall.membrane import WallConstants, assemble_pressure
-from peristalsis.wall.passive import PassiveConstants
+from peristalsis.verification.exact.orders import assert_order
+from peristalsis.verification.exact.runs import EXACT, IDLE, march, moved, started
+from peristalsis.verification.exact.wall import (
+    COUPLED,
+    assembled,
+    axial_invariants,
+    wall_constants,
+)
+from peristalsis.verification.wall import clamped
 
 Floats = NDArray[np.float64]
-
-
-@pytest.mark.parametrize("published", [False, True])
-@pytest.mark.parametrize("stretch", [1.0, 1.3])
-@pytest.mark.parametrize("drive", [0.0, 0.4])
-def test_laplace(published: bool, stretch: float, drive: float) -> None:
-    """M1: where T_c = p rho (tension per deformed length) no force is left on a straight tube, 1e-10."""
-    wall = wall_constants(20, published=published)
-    tube = InflatedTube(10.0, wall, stretch, drive)
-    rho = np.full(21, wall.radius * tube.hoop_stretch())
-    zeta = np.linspace(0.0, 10.0 * stretch, 21)
-    residual, _ = assembled(rho, zeta, wall, drives=(np.zeros(40), np.full(40, drive)))
-    hoop_force = np.abs(residual[2:-2]).max()
-    assemble_pressure(rho, zeta, 10.0, wall, np.zeros(42), residual, np.zeros((42, 2 * HALF_WIDTH + 1)))
-    assert np.abs(residual[2:-2]).max() <= 1e-10 * hoop_force
-
-
-@pytest.mark.parametrize("published", [False, True])
-@pytest.mark.parametrize("drive", [0.0, 0.4, 1.5])
-def test_solver_finds_the_inflated_tube(published: bool, drive: float) -> None:
-    """M3: from a disturbed start between ends at the exact radius, the root of one scalar equation, 1e-8."""
-    wall = wall_constants(40, 4.0, published=published)
-    exact = wall.radius * InflatedTube(10.0, wall, 1.05, drive).hoop_stretch()
-    s = np.linspace(0.0, 1.0, 41)
-    rho, zeta = exact + 0.05 * np.sin(np.pi * s), 4.2 * s + 0.02 * np.sin(2.0 * np.pi * s)
-    settle(rho, zeta, 10.0, wall, drive)
-    assert np.abs(rho / exact - 1.0).max() <= 1e-8
-    assert np.abs(zeta - 4.2 * s).max() <= 1e-8
-
-
-@cache
-def clamped(elements: int, published: bool) -> tuple[Floats, Floats, WallConstants]:
-    """A tube 3 cm long, stretched by 30 %, clamped at r0 and inflated to 0.1 kPa: its ends are boundary layers."""
-    wall = wall_constants(elements, 3.0, published=published)
-    s = np.linspace(0.0, 1.0, elements + 1)
-    rho, zeta = np.full(elements + 1, wall.radius), 3.9 * s
-    settle(rho, zeta, 10.0, wall)
-    return rho, zeta, wall
-
-
-@pytest.mark.parametrize("published", [False, True])
-def test_axial_force_is_the_same_everywhere(published: bool) -> None:
-    """M4(i): F = 2 pi r T_m cos(alpha) - pi p r^2, discretely and whatever the convention, 1e-9."""
-    rho, zeta, wall = clamped(200, published)
-    force, _ = axial_invariants(rho, zeta, 10.0, wall)
-    assert np.ptp(rho) > 0.01, "the ends must matter"
-    assert np.ptp(force) <= 1e-9 * np.abs(force).max()
-
-
-def test_second_first_integral_is_met_to_second_order() -> None:
-    """M4(ii): W - lambda_l W_l is one number along a uniform membrane in the consistent convention."""
-    sizes, spreads = [], []
-    for elements in (200, 400, 800, 1600):
-        rho, zeta, wall = clamped(elements, False)
-        _, constant = axial_invariants(rho, zeta, 10.0, wall)
-        sizes.append(wall.element_size)
-        spreads.append(float(np.ptp(constant) / np.abs(constant).max()))
-    assert_order(sizes, spreads, 2.0)
-    assert spreads[1] <= 1e-3
 
 
 def test_published_tensions_have_no_second_integral() -> None:
@@ -106,48 +41,6 @@ def test_clamped_tube_converges_to_second_order() -> None:
         errors.append(float(np.abs(rho - finest[::stride]).max()))
     assert_order(sizes, errors, 2.0, tolerance=0.15)
     assert errors[-1] <= 1e-4
-
-
-def creep(steps: int, second_order: bool) -> float:
-    """Error of the hoop strain after 2 time constants under a pressure switched on at t = 0, one uniform ring.
-
-    With c2 alone the law is linear, T_c = c2 e + k de/dt, and the pressure pulls p r0 (1 + e): a Kelvin-Voigt body.
-    """
-    wall = wall_constants(
-        2, 1.0, passive=PassiveConstants(0.0, 10.4, 0.0, 0.0, 0.0, 0.0, 0.0), radius=0.8, published=False
-    )
-    pressure, stiffness = 4.0, 10.4 - 4.0 * 0.8
-    end = 2.0 * wall.viscosity / stiffness
-    zeta, dt = np.linspace(0.0, 1.0, 3), end / steps
-    now = before = wall.radius
-    for step in range(steps):
-        formula = rate_formula(dt, dt if step else 0.0, second_order)
-        hoop_history = (formula.keep * now + formula.older * before) / wall.radius
-        before = now
-        for _ in range(2):  # linear: the second pass only removes rounding
-            residual, matrix = assembled(
-                np.full(3, now), zeta, wall, formula.inverse, (np.ones(2), np.full(3, hoop_history))
-            )
-            band = np.zeros((6, 2 * HALF_WIDTH + 1))
-            assemble_pressure(np.full(3, now), zeta, pressure, wall, np.zeros(6), residual, band)
-            uniform = band[2, HALF_WIDTH - 2] + band[2, HALF_WIDTH] + band[2, HALF_WIDTH + 2]
-            now -= residual[2] / (matrix[2, 2] + uniform)
-    exact = pressure * wall.radius / stiffness * (1.0 - np.exp(-2.0))
-    return abs(now / wall.radius - 1.0 - exact)
-
-
-def test_creep_under_pressure_with_second_order_rates() -> None:
-    """M8: strain (P/K)(1 - exp(-K t/k)); order 2 with variable-step BDF2, 1e-6 at the finest step."""
-    levels = [50, 100, 200, 400, 800]
-    errors = [creep(n, True) for n in levels]
-    assert_order([1.0 / n for n in levels], errors, 2.0)
-    assert errors[-1] <= 2e-6
-
-
-def test_creep_under_pressure_with_backward_euler() -> None:
-    """M8 with the first-order scheme, which must be of first order and no better."""
-    levels = [50, 100, 200, 400]
-    assert_order([1.0 / n for n in levels], [creep(n, False) for n in levels], 1.0)
 
 
 LINEAR_ROD = {

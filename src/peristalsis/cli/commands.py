@@ -10,6 +10,8 @@ from .inputs import Input
 from .job import Job
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
 from .paper_command import paper
+from .verify_command import EXAMPLES as VERIFY_EXAMPLES
+from .verify_command import verify
 
 EXIT_CODES = (
     "Exit codes: 0 finished, whatever the pellet did; 1 a check ran and failed; 2 bad input; "
@@ -53,6 +55,7 @@ EXAMPLES = {
     "batch": ("peristalsis batch friction.toml", "peristalsis batch friction.toml --workers 2 --out out/friction"),
     "verify": ("peristalsis verify out/baseline", "peristalsis verify out/baseline out/thin --quarantine"),
     "paper": PAPER_EXAMPLES,
+    "verify": VERIFY_EXAMPLES,
     "version": ("peristalsis version",),
 }
 """Examples of the help texts, by command; the tests run them."""
@@ -368,6 +371,7 @@ def verify_(
 
 
 app.command("paper", epilog=_epilog("paper"))(paper)
+app.command("verify", epilog=_epilog("verify"))(verify)
 
 
 @app.command("version", epilog=_epilog("version"))

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from verification.problems.cable import discrete_symbol
+from peristalsis.verification.exact.cable import discrete_symbol
 
 from peristalsis.numerics.stabilised import coefficients, stages_for
 from peristalsis.tissue.bidomain import Bidomain

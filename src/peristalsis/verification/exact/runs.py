@@ -1,17 +1,19 @@
 """Short coupled runs on small grids, marched with the package's own step and kept state by state."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
-from peristalsis import scenarios
-from peristalsis.build import build
-from peristalsis.config import Configuration
-from peristalsis.model.initial import initial_state
-from peristalsis.model.model import Model
-from peristalsis.model.state import State
-from peristalsis.model.step import advance
+from ... import scenarios
+from ...build import build
+from ...config import Configuration
+from ...model.initial import initial_state
+from ...model.model import Model
+from ...model.state import State
+from ...model.step import advance
 
 SMALL = {
     "grid.n_z": 400,

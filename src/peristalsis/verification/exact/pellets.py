@@ -4,13 +4,14 @@ Sources: elementary integration; the contact edge after W. H. Yang and W. W. Fen
 join the free membrane and the part on the sphere with the two first integrals of a uniform membrane.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
 
-from peristalsis.wall.passive import PassiveConstants
-
+from ...wall.passive import PassiveConstants
 from .wall import energy, gradient
 
 

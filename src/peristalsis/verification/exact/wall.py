@@ -4,6 +4,8 @@ Sources: Eq. (4) and its derivatives by hand; equilibrium of membranes of revolu
 J. E. Adkins, Large Elastic Deformations (1960), ch. IV: the two first integrals of a uniform membrane.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -12,13 +14,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from peristalsis.build import build
-from peristalsis.model.equilibrium import CONVERGED, LumenConstants, PelletConstants, Step, solve_equilibrium
-from peristalsis.numerics.banded import HALF_WIDTH
-from peristalsis.wall.active import ActiveConstants
-from peristalsis.wall.membrane import WallConstants, assemble_wall
-from peristalsis.wall.passive import PassiveConstants
-
+from ...build import build
+from ...errors import DivergenceError
+from ...model.equilibrium import (
+    CONVERGED,
+    REASONS,
+    LumenConstants,
+    PelletConstants,
+    Step,
+    solve_equilibrium,
+)
+from ...numerics.banded import HALF_WIDTH
+from ...wall.active import ActiveConstants
+from ...wall.membrane import WallConstants, assemble_wall
+from ...wall.passive import PassiveConstants
 from .runs import EXACT, configured
 
 Floats = NDArray[np.float64]
@@ -94,7 +103,8 @@ def assembled(
     history = np.stack([rho, zeta]) if places is None else places
     residual, band = np.zeros(2 * n), np.zeros((2 * n, 2 * HALF_WIDTH + 1))
     known = (rho, zeta, history, stretch_history, hoop_history, slope, active_l, active_c, c)
-    assert assemble_wall(*known, residual, band), "the trial state was refused"
+    if not assemble_wall(*known, residual, band):
+        raise ValueError("the trial state was refused: a stretch or an exponent is out of range")
     return residual, dense(band)
 
 
@@ -172,4 +182,5 @@ def settle(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, driv
         1e-12,
         100,
     )
-    assert code == CONVERGED, f"no equilibrium after {iterations} iterations (code {code})"
+    if code != CONVERGED:
+        raise DivergenceError(f"no equilibrium after {iterations} iterations: {REASONS[code]}")

@@ -4,6 +4,8 @@ Source: R. E. Plant, J. Math. Biol. 11 (1981), 15-32; BioModels BIOMD0000000304.
 State: V [mV], h, n, x, c; time in ms.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,8 +88,10 @@ class ReferenceCell:
             columns.append((self.slope(y + step) - self.slope(y - step)) / (2.0 * step[k]))
         return float(np.linalg.eigvals(np.array(columns).T).real.max())
 
-    def solve(self, y: Floats, pieces: list[tuple[float, float]], times: Floats, rtol: float = 1e-12) -> Floats:
-        """V at `times` [ms], by DOP853; pieces: (duration [ms], stimulus), joined end to end."""
+    def solve(
+        self, y: Floats, pieces: list[tuple[float, float]], times: Floats, rtol: float = 1e-12, method: str = "DOP853"
+    ) -> Floats:
+        """V at `times` [ms], by an integrator of scipy; pieces: (duration [ms], stimulus), joined end to end."""
         found, begin = np.full(times.size, np.nan), 0.0
         for duration, stimulus in pieces:
             end = begin + duration
@@ -96,12 +100,13 @@ class ReferenceCell:
                 lambda t, s, i=stimulus: self.slope(s, i),
                 (begin, end),
                 y,
-                method="DOP853",
+                method=method,
                 rtol=rtol,
                 atol=1e-13,
                 dense_output=True,
             )
-            found[inside] = solution.sol(np.clip(times[inside], begin, end))[0]
+            if inside.any():
+                found[inside] = solution.sol(np.clip(times[inside], begin, end))[0]
             y, begin = solution.y[:, -1], end
         return found
 

@@ -1,5 +1,7 @@
 """Observed orders of convergence, gated from both sides."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np

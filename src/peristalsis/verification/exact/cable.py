@@ -5,16 +5,18 @@ D. Noble, R. W. Tsien, Electric Current Flow in Excitable Cells, 1975, ch. 3; A.
 Proc. R. Soc. B 133, 1946, for the response to a step).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erfc
 
-from peristalsis.numerics.stabilised import coefficients, stages_for
-from peristalsis.tissue.cells.plant import LEAK, CellConstants
-from peristalsis.tissue.conduction import GHOSTS, diffuse, fill_ghosts, largest_eigenvalue
-from peristalsis.tissue.sheet import advance_sheet
+from ...numerics.stabilised import coefficients, stages_for
+from ...tissue.cells.plant import LEAK, CellConstants
+from ...tissue.conduction import GHOSTS, diffuse, fill_ghosts, largest_eigenvalue
+from ...tissue.sheet import advance_sheet
 
 Floats = NDArray[np.float64]
 

@@ -1,1 +1,0 @@
-"""Exact problems with their sources, independent solutions, and short runs that many tests look at."""
