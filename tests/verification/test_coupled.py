@@ -9,7 +9,7 @@ import pytest
 
 from peristalsis.model.balance import Work, work_of_step
 from peristalsis.verification.exact.orders import observed_orders
-from peristalsis.verification.exact.runs import EXACT, March, march, wave_catches_pellet
+from peristalsis.verification.exact.runs import March, march, wave_catches_pellet
 
 RESTING = {"pellet.enabled": False, "pacemaker.kind": "none", "reflex.enabled": False}
 
@@ -170,36 +170,6 @@ def test_order_of_the_coupling_in_time() -> None:
     orders = observed_orders(steps[:-1], differences)
     assert np.all(orders >= 1.5), (differences, orders)
     assert differences[-1] <= 5e-4
-
-
-@pytest.mark.slow
-def test_mirrored_tube_gives_a_mirrored_answer() -> None:
-    """M12: rings and pellet reflected about the middle move the pellet the other way, to 1e-7 cm."""
-    quiet = {"pacemaker.kind": "none", "trigger.rule": "none", "reflex.enabled": False, "rings.enabled": True}
-    left = march(
-        0.5,
-        EXACT,
-        quiet,
-        {
-            "pellet.start_gap": "3.6 cm",
-            "rings.positions": ["3.5 cm", "7 cm"],
-            "wall.slack_blend": "0.05 mN/cm",
-            "wall.slack_slope": 1e-3,
-        },
-    )
-    right = march(
-        0.5,
-        EXACT,
-        quiet,
-        {
-            "pellet.start_gap": "4.6 cm",
-            "rings.positions": ["3 cm", "6.5 cm"],
-            "wall.slack_blend": "0.05 mN/cm",
-            "wall.slack_slope": 1e-3,
-        },
-    )
-    assert abs(left.last.pellet.position - 4.5) > 1e-3
-    assert left.last.pellet.position + right.last.pellet.position == pytest.approx(10.0, abs=1e-7)
 
 
 def test_states_are_whole() -> None:

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from peristalsis.errors import DivergenceError
-from peristalsis.model.step import advance
 from peristalsis.verification.exact.orders import assert_order
-from peristalsis.verification.exact.runs import EXACT, IDLE, march, moved, started
+from peristalsis.verification.exact.runs import IDLE, march, moved, started
 from peristalsis.verification.exact.wall import (
     COUPLED,
     assembled,
@@ -17,6 +15,7 @@ from peristalsis.verification.exact.wall import (
     wall_constants,
 )
 from peristalsis.verification.wall import clamped
+from peristalsis.verification.waves import LINEAR_ROD, rod_amplitudes
 
 Floats = NDArray[np.float64]
 
@@ -43,46 +42,13 @@ def test_clamped_tube_converges_to_second_order() -> None:
     assert errors[-1] <= 1e-4
 
 
-LINEAR_ROD = {
-    "wall.c1": "40 mN/cm",
-    "wall.c3": "0 mN/cm",
-    "wall.c10": "0 mN/cm",
-    "lumen.pressure": "0 kPa",
-    "pellet.enabled": False,
-    "grid.n_z": 8,
-    "grid.n_z_wall": 32,
-}
-"""Without pressure, coupling and exponential the tube is a linear Kelvin-Voigt rod along z, clamped at its ends."""
-
-
-def rod_error(dt: float, end: float, changes: dict[str, object], rate: complex) -> float:
-    """Error of the amplitude of the first axial mode after `end` [s], by the package's own coupled step."""
-    model, state = started(
-        EXACT, IDLE, LINEAR_ROD, {"step.wall": f"{1e3 * dt} ms", "step.conduction": f"{1e3 * dt / 4} ms"}, changes
-    )
-    shape = np.sin(np.pi * model.grid.nodes / 10.0)
-    position = state.wall.position.copy()
-    position[:, 0, 2] += 0.05 * shape
-    state = moved(state, position)
-    for _ in range(round(end / dt)):
-        state, _ = advance(model, state)
-    displacement = state.wall.position[:, 0, 2] - model.grid.nodes
-    assert np.abs(state.wall.position[:, 0, 0] - 0.795).max() <= 1e-9, "a rod does not bulge"
-    amplitude = displacement @ shape / (shape @ shape)
-    assert np.abs(displacement - amplitude * shape).max() <= 1e-9, "one mode stays one mode"
-    exact = (
-        0.05 * (np.exp(rate * end) * (1.0 + 1j * rate.real / rate.imag)).real
-        if rate.imag
-        else 0.05 * np.exp(rate.real * end)
-    )
-    return abs(amplitude - exact)
-
-
 @pytest.mark.parametrize(("scheme", "order"), [("bdf2", 2.0), ("euler", 1.0)])
 def test_recovery_of_the_stretched_rod(scheme: str, order: float) -> None:
     """M8: without inertia every mode relaxes as exp(-K t/k), by the whole coupled step; both schemes."""
     levels = [8e-3, 4e-3, 2e-3, 1e-3]
-    errors = [rod_error(dt, 0.8, {"step.scheme": scheme}, complex(-40.0 / 33.3, 0.0)) for dt in levels]
+    errors = [
+        abs(rod_amplitudes(dt, 0.8, {"step.scheme": scheme})[-1] - 0.05 * np.exp(-0.8 * 40.0 / 33.3)) for dt in levels
+    ]
     assert_order(levels, errors, order)
     assert errors[-1] <= (1e-6 if scheme == "bdf2" else 5e-5)
 
@@ -93,30 +59,6 @@ def test_clamped_ends_stay_where_they_are() -> None:
     first, last = taken.states[0].wall.position, taken.last.wall.position
     assert np.abs(last - first).max() > 0.05, "the wall must have moved"
     assert np.array_equal(last[[0, -1]], first[[0, -1]])
-
-
-def test_damped_oscillation_of_the_rod() -> None:
-    """M9: m w^2 + i w k kz^2 - c1 kz^2 = 0 with inertia, frequency and decay of the discrete mode, order 2."""
-    density, viscosity, h = 20e3, 3.0, 10.0 / 32
-    mass = density * 1e-5
-    symbol = (2.0 / h * np.sin(0.05 * np.pi * h)) ** 2
-    damping = 0.5 * viscosity * symbol / mass
-    rate = complex(-damping, np.sqrt(40.0 * symbol / mass - damping**2))
-    changes: dict[str, object] = {
-        "wall.inertia": True,
-        "wall.surface_density": f"{density} mg/cm^2",
-        "wall.viscosity": f"{viscosity} mN*s/cm",
-    }
-    levels = [8e-3, 4e-3, 2e-3, 1e-3]
-    errors = [rod_error(dt, 2.0, changes, rate) for dt in levels]
-    assert_order(levels, errors, 2.0)
-    assert errors[-1] <= 1e-5
-
-
-def test_wall_that_cannot_hold_the_pressure_is_a_sentence() -> None:
-    """M6: with no exponential and 5 kPa no hoop tension balances p r; the failure names pressure and cause."""
-    with pytest.raises(DivergenceError, match=r"lumen\.pressure = 5 kPa"):
-        started({"lumen.pressure": "5 kPa", "wall.c10": "0 mN/cm", "pellet.enabled": False})
 
 
 def test_compressed_wall_needs_its_floor() -> None:

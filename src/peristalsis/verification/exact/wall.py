@@ -184,3 +184,36 @@ def settle(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, driv
     )
     if code != CONVERGED:
         raise DivergenceError(f"no equilibrium after {iterations} iterations: {REASONS[code]}")
+
+
+def relax(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, duration: float, steps: int) -> None:
+    """Viscous motion without inertia at constant pressure, in place, by backward Euler; the end nodes stay.
+
+    Raises DivergenceError where a step finds no equilibrium.
+    """
+    n, slope = rho.size, steps / duration
+    none = np.zeros(n)
+    for _ in range(steps):
+        history = np.stack([rho, zeta])
+        code, iterations, _ = solve_equilibrium(
+            rho,
+            zeta,
+            np.zeros(n),
+            np.array([pressure, 0.0, 0.0]),
+            history,
+            np.zeros((2, n)),
+            np.hypot(np.diff(rho), np.diff(zeta)) / wall.element_size,
+            rho / wall.radius,
+            np.zeros(2 * n - 2),
+            np.zeros(2 * n - 2),
+            none,
+            Step(slope, False, 0.0, 0.0),
+            wall,
+            PelletConstants(False, 0.5, 1.0, 0.0, 0.0, 0.0),
+            LumenConstants(pressure, 1.0, 0.0),
+            1e-11,
+            1e-12,
+            100,
+        )
+        if code != CONVERGED:
+            raise DivergenceError(f"no equilibrium after {iterations} iterations: {REASONS[code]}")
