@@ -1,5 +1,5 @@
 """Settings shared by all tests. Importing this file also puts `tests` on the path: exact problems and short runs
-live in `verification.problems` and are imported from there."""
+live in `peristalsis.verification.exact` and are imported from there."""
 
 from hypothesis import settings
 

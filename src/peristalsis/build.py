@@ -14,6 +14,7 @@ from .geometry.grid import Grid
 from .model.equilibrium import LumenConstants, PelletConstants
 from .model.model import Layer, Model, PacemakerCell, Response
 from .pellet import sphere
+from .pellet.friction import FrictionLaw
 from .regions.sampling import factor_field
 from .tissue.cells.plant import CONDUCTANCES, CellConstants
 from .tissue.surface import Conductivities
@@ -49,6 +50,7 @@ def build(configuration: Configuration, like: Model | None = None) -> Model:
             dry=c.pellet.dry_friction,
             frame=1.0 if c.pellet.friction_frame == "wall" else 0.0,
             volume=sphere.volume(c.pellet.radius),
+            tangential=c.pellet.friction_coefficient > 0.0,
         ),
         lumen=LumenConstants(
             to_internal(c.lumen.pressure, "kPa"),
@@ -93,6 +95,7 @@ def build(configuration: Configuration, like: Model | None = None) -> Model:
             c.wall.shear_viscosity, c.wall.bending_stiffness_around, c.wall.bending_viscosity_around, c.wall.foundation
         ),
         sideways_friction=c.pellet.sideways_friction if c.pellet.sideways == "free" else None,
+        friction=FrictionLaw(c.pellet.static_friction_factor, c.pellet.friction_coefficient),
     )
 
 

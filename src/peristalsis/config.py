@@ -91,6 +91,8 @@ class Pellet(Section):
     radius: float = parameter("pellet.radius", gt=0, le=20)
     viscous_friction: float = parameter("pellet.viscous_friction", gt=0, le=1e7)
     dry_friction: float = parameter("pellet.dry_friction", ge=0, le=1e7)
+    static_friction_factor: float = parameter("pellet.static_friction_factor", ge=1, le=100)
+    friction_coefficient: float = parameter("pellet.friction_coefficient", ge=0, le=10)
     friction_frame: Literal["rest", "wall"] = parameter("pellet.friction_frame")
     start_gap: float = parameter("pellet.start_gap", ge=0, le=200)
     sideways: Literal["fixed", "free"] = parameter("pellet.sideways")

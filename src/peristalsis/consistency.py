@@ -64,6 +64,13 @@ def _check_grid(config: Configuration) -> None:
             cause = f"it is not a multiple of grid.n_theta = {grid.n_theta}"
             fix = f"use {grid.n_theta * max(1, round(columns / grid.n_theta))}, or 0 for as many"
         _refuse("grid.n_theta_conduction", str(columns), cause, fix)
+    if grid.n_theta > 1 and config.pellet.friction_coefficient > 0.0:
+        _refuse(
+            "pellet.friction_coefficient",
+            f"{config.pellet.friction_coefficient:g}",
+            "friction in proportion to contact pressure is there for the axisymmetric wall only",
+            "use 0, or grid.n_theta = 1",
+        )
     nodes = grid.n_z * columns + grid.n_z_wall * grid.n_theta
     if nodes > LARGEST_GRID:
         _refuse("grid", f"{nodes} nodes", f"at most {LARGEST_GRID} are allowed", "use fewer columns or cells")

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .model.friction import sliding_speed
 from .model.model import Model
 from .model.state import State
 from .model.step import StepReport
-from .pellet.friction import sliding_velocity
 
 KINDS = (
     "pacemaker",
@@ -82,10 +82,7 @@ class EventRecorder:
             self.note(time, "receptors", after.pellet.position, words)
 
     def _pellet(self, model: Model, before: State, after: State, time: float) -> None:
-        slides = [
-            sliding_velocity(state.pellet.axial_force, model.pellet.viscous, model.pellet.dry)[0] != 0.0
-            for state in (before, after)
-        ]
+        slides = [sliding_speed(model, state.pellet) != 0.0 for state in (before, after)]
         touches = [bool((state.wall.contact > 0.0).any()) for state in (before, after)]
         place = after.pellet.position
         if slides[1] and not slides[0]:

@@ -76,6 +76,7 @@ SCALARS = (
     Output("loss_wall", STEP, "mN*cm", "work lost in the viscous wall since t = 0"),
     Output("loss_pellet", STEP, "mN*cm", "work lost in friction of the pellet since t = 0"),
     Output("power_residual", STEP, "mN*cm", "what the balance of work leaves over since t = 0"),
+    Output("momentum_residual", STEP, "mN", "what the balance of axial momentum leaves over"),
 )
 
 PROBES = tuple(

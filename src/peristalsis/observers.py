@@ -9,14 +9,14 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .model.balance import work_of_step
+from .model.balance import momentum_of_step, work_of_step
 from .model.contact_summary import contact_summary
 from .model.fields import contact_pressure, corner_tensions, end_reactions, nodal_stretches, nodal_tensions
+from .model.friction import sliding_speed
 from .model.model import Model
 from .model.state import State
 from .model.step import StepReport
 from .names import SCALARS
-from .pellet.friction import sliding_velocity
 from .recording import ALL, chosen
 from .tissue.cells.plant import GATES
 from .wall import membrane
@@ -53,7 +53,7 @@ class ScalarRecorder:
 
     def start(self, model: Model, state: State) -> None:
         """Record the initial state."""
-        self.rows.append(self._row(model, state, 0))
+        self.rows.append(self._row(model, state, 0, momentum_of_step(model, state, state).residual))
 
     def see(self, model: Model, before: State, after: State, report: StepReport) -> str | None:
         """Add the work of the step and record its end."""
@@ -67,7 +67,8 @@ class ScalarRecorder:
             work.residual,
         )
         self.absolute_work += abs(work.active) + abs(work.gas)
-        self.rows.append(self._row(model, after, report.newton_iterations))
+        momentum = momentum_of_step(model, before, after).residual
+        self.rows.append(self._row(model, after, report.newton_iterations, momentum))
         return None
 
     def columns(self) -> dict[str, Floats]:
@@ -75,13 +76,12 @@ class ScalarRecorder:
         table = np.array(self.rows, dtype=np.float64)
         return {name: table[:, k].copy() for k, name in enumerate(self.NAMES)}
 
-    def _row(self, model: Model, state: State, iterations: int) -> tuple[float, ...]:
+    def _row(self, model: Model, state: State, iterations: int, momentum: float) -> tuple[float, ...]:
         contact = contact_summary(model, state)
         oral, anal, slack = end_reactions(state.wall, model.wall, state.pressure)
         pellet = model.pellet
         position = state.pellet.position if pellet.present else math.nan
-        speed, _ = sliding_velocity(state.pellet.axial_force, pellet.viscous, pellet.dry)
-        viscous = -pellet.viscous * speed
+        viscous = -pellet.viscous * sliding_speed(model, state.pellet)
         return (
             position,
             state.pellet.velocity,
@@ -100,6 +100,7 @@ class ScalarRecorder:
             contact.smallest_gap,
             iterations,
             *(float(value) for value in self._work),
+            momentum,
         )
 
 

@@ -30,6 +30,8 @@ CHANGEABLE_SECTIONS = ("pacemaker", "trigger", "reflex")
 CHANGEABLE_KEYS = (
     "pellet.viscous_friction",
     "pellet.dry_friction",
+    "pellet.static_friction_factor",
+    "pellet.friction_coefficient",
     "pellet.friction_frame",
     "lumen.pressure",
     "wall.viscosity",

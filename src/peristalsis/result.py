@@ -48,6 +48,8 @@ FAST_PART = (3.0, 8.0)
 
 SMALLEST_WORK = 1.0
 """Least work against which the balance of a run is measured [mN cm]: at rest there is nothing to compare with."""
+SMALLEST_FORCE = 1.0
+"""The same for the balance of axial momentum [mN]."""
 
 LARGEST_RESULT = 4_000_000_000
 """Bytes of a file without a manifest that are read."""
@@ -290,6 +292,8 @@ def summarise(
         for layer in ("longitudinal", "circular")
     }
     residual = float(np.abs(arrays["power_residual"]).max()) / max(absolute_work, SMALLEST_WORK)
+    axial = max(float(np.abs(arrays[name]).max()) for name in ("oral_reaction", "anal_reaction", "axial_force"))
+    momentum = arrays["momentum_residual"][np.isfinite(arrays["momentum_residual"])]
 
     def peak(name: str) -> float | None:
         return float(np.nanmax(np.abs(arrays[name]))) if pellet else None
@@ -312,6 +316,7 @@ def summarise(
         "wave_speed_cm_s": speeds,
         "min_diameter_cm": float(arrays["min_diameter"].min()),
         "power_residual": residual,
+        "momentum_residual": float(np.abs(momentum).max(initial=0.0)) / max(axial, SMALLEST_FORCE),
         "simulated_s": simulated,
         "solver_wall_s": cost.get("solver_wall_s", 0.0),
         "compile_wall_s": cost.get("compile_wall_s", 0.0),

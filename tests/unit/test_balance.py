@@ -1,9 +1,11 @@
 """Work of a step, term by term, Eq. (29)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from peristalsis.model.balance import Work, work_of_step
+from peristalsis.model.balance import Momentum, Work, momentum_of_step, work_of_step
 from peristalsis.verification.exact.runs import EXACT, IDLE, march, moved, started
 from peristalsis.verification.exact.wall import discrete_energy, discrete_volume
 
@@ -57,3 +59,34 @@ def test_held_pressure_does_linear_work() -> None:
     near, _ = started(EXACT, IDLE, {"pellet.enabled": False, "lumen.adiabatic_exponent": 1.0})
     isothermal = work_of_step(near, state, moved(state, position))
     assert isothermal.gas == pytest.approx(10.0 * before * np.log(after / before), rel=1e-9)
+
+
+HEAVY = {"wall.inertia": True, "wall.surface_density": "26140 mg/cm^2", "pellet.friction_frame": "wall"}
+
+
+def test_axial_momentum_balances_on_the_grid() -> None:
+    """Eq. (52) with every term there: inertia of a heavy wall, and its share of the friction; 1e-9 of the largest."""
+    taken = march(0.4, HEAVY, {"grid.n_z_wall": 200})
+    terms = [momentum_of_step(taken.model, a, b) for a, b in zip(taken.states[:-1], taken.states[1:], strict=True)]
+    largest = max(abs(value) for one in terms for value in one)
+    assert largest > 50.0
+    assert max(abs(one.residual) for one in terms) <= 1e-9 * largest
+
+
+@pytest.mark.parametrize("term", Momentum._fields)
+def test_axial_momentum_notices_a_wrong_sign(term: str) -> None:
+    """Any one term with its sign turned leaves a thousand times the residual."""
+    taken = march(0.4, HEAVY, {"grid.n_z_wall": 200})
+    terms = [momentum_of_step(taken.model, a, b) for a, b in zip(taken.states[:-1], taken.states[1:], strict=True)]
+    right = max(abs(one.residual) for one in terms)
+    wrong = max(abs(one._replace(**{term: -getattr(one, term)}).residual) for one in terms)
+    assert wrong > 1e3 * right
+
+
+def test_cut_step_with_inertia_has_no_momentum() -> None:
+    """What its rate is made of is gone; a number would be made up."""
+    taken = march(0.02, HEAVY, {"grid.n_z_wall": 100})
+    before, after = taken.states[-2:]
+    cut = replace(after, wall=replace(after.wall, step_before=0.5 * taken.model.dt_wall))
+    assert np.isnan(momentum_of_step(taken.model, before, cut).residual)
+    assert np.isfinite(momentum_of_step(taken.model, before, after).residual)

@@ -10,7 +10,7 @@ import signal
 from pathlib import Path
 
 import pytest
-from verification.problems.runs import configured
+from peristalsis.verification.exact.runs import configured
 
 import peristalsis as ps
 from peristalsis import batches, disk, store

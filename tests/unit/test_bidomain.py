@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from verification.problems.surface import CIRCULAR, LONGITUDINAL, Surface, apply_surface
+from peristalsis.verification.exact.surface import CIRCULAR, LONGITUDINAL, Surface, apply_surface
 
 from peristalsis.numerics.cylinder import CylinderSolver
 from peristalsis.tissue.bidomain import TOLERANCE, Bidomain, EllipticError, surface_operator

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from verification.problems.runs import configured
+from peristalsis.verification.exact.runs import configured
 
 import peristalsis as ps
 from peristalsis import checkpoint, disk, environment

@@ -1,10 +1,13 @@
 """The law of friction, Eqs. (13) and (27)."""
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from peristalsis.pellet.friction import sliding_velocity
+from peristalsis.model.friction import friction_ahead, sliding_speed
+from peristalsis.pellet.friction import CONSTANT, FrictionLaw, dry_friction, sliding_velocity
+from peristalsis.verification.exact.runs import March, march
 
 forces = st.floats(-5000, 5000)
 frictions = st.floats(0, 3000)
@@ -37,3 +40,58 @@ def test_limits(force: float, viscous: float) -> None:
     assert sliding_velocity(force, viscous, 0.0)[0] == pytest.approx(force / viscous, rel=1e-14)
     assert abs(sliding_velocity(force, 1e12, 0.0)[0]) <= 5e-9
     assert sliding_velocity(force, viscous, 1e9)[0] == 0.0
+
+
+@given(frictions, st.floats(0, 1e5), st.booleans())
+def test_default_law_is_the_printed_one(dry: float, pressing: float, stuck: bool) -> None:
+    """Eq. (13) to the last bit, whatever the wall presses."""
+    assert dry_friction(dry, CONSTANT, pressing, stuck) == dry
+
+
+def test_static_and_pressing_friction_add_up() -> None:
+    """Eqs. (50), (51): the factor holds the resting pellet only, and multiplies the sum."""
+    law = FrictionLaw(static_factor=1.5, coefficient=0.1)
+    assert dry_friction(20.0, law, 300.0, stuck=False) == pytest.approx(50.0)
+    assert dry_friction(20.0, law, 300.0, stuck=True) == pytest.approx(75.0)
+
+
+COARSE = {"grid.n_z": 400, "grid.n_z_wall": 200}
+
+
+def breakaway(taken: March) -> int:
+    """The first step at whose end the pellet slides."""
+    return next(k for k, state in enumerate(taken.states) if k and state.pellet.velocity != 0.0)
+
+
+def test_static_friction_holds_longer_and_then_lets_go() -> None:
+    """Eq. (50) in the coupled run: held up to f F_d, and from the next step on against F_d alone."""
+    usual = march(0.6, COARSE, {"pellet.dry_friction": "100 mN"})
+    static = march(0.6, COARSE, {"pellet.dry_friction": "100 mN", "pellet.static_friction_factor": 1.6})
+    first = breakaway(static)
+    assert breakaway(usual) < first
+    before, after, later = static.states[first - 1 : first + 2]
+    assert before.pellet.axial_force <= 160.0 < after.pellet.axial_force
+    assert (before.pellet.dry, after.pellet.dry, later.pellet.dry) == (160.0, 160.0, 100.0)
+    assert all(s.pellet.position == static.states[0].pellet.position for s in static.states[:first])
+
+
+@pytest.mark.parametrize("frame", ["rest", "wall"])
+def test_pressing_friction_is_that_of_the_start_of_the_step(frame: str) -> None:
+    """Eq. (51): F_z = eta v + (F_d + mu N) sgn v, with N from the state before, summed here by hand."""
+    taken = march(0.6, COARSE, {"pellet.friction_coefficient": 0.05, "pellet.friction_frame": frame})
+    model = taken.model
+    area = 2.0 * np.pi * model.wall.radius * model.wall.element_size
+    slid = 0
+    for before, after in zip(taken.states[1:-1], taken.states[2:], strict=True):
+        rho, zeta = before.wall.position[:, 0, 0], before.wall.position[:, 0, 2] - before.pellet.position
+        pressing = area * float((before.wall.contact[:, 0] * rho / np.sqrt(rho**2 + zeta**2)).sum())
+        speed = sliding_speed(model, after.pellet)
+        if speed != 0.0:
+            slid += 1
+            friction = 230.0 * speed + (20.0 + 0.05 * pressing) * np.sign(speed)
+            assert friction == pytest.approx(after.pellet.axial_force, rel=1e-9)
+        else:
+            assert abs(after.pellet.axial_force) <= (20.0 + 0.05 * pressing) * (1.0 + 1e-12)
+    assert slid > 20
+    _, weight = friction_ahead(model, taken.last.wall, taken.last.pellet)
+    assert weight.sum() == pytest.approx(1.0)

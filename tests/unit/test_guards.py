@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from verification.problems.runs import configured
+from peristalsis.verification.exact.runs import configured
 
 from peristalsis.checkpoint import newest_of
 from peristalsis.model import guards

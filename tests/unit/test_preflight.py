@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from verification.problems.runs import configured
+from peristalsis.verification.exact.runs import configured
 
 from peristalsis import preflight, scenarios
 from peristalsis.build import build

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from faults import FAULTS, FaultyDisk, Killed
-from verification.problems.runs import configured
+from peristalsis.verification.exact.runs import configured
 
 import peristalsis as ps
 from peristalsis import disk, environment, manifest, store

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from verification.problems.runs import IDLE, started
-from verification.problems.surface import CIRCULAR, DIFFUSIVITY, LONGITUDINAL, Surface, apply_surface
+from peristalsis.verification.exact.runs import IDLE, started
+from peristalsis.verification.exact.surface import CIRCULAR, DIFFUSIVITY, LONGITUDINAL, Surface, apply_surface
 
 from peristalsis.numerics.stabilised import coefficients, stages_for
 from peristalsis.tissue.bidomain import surface_operator

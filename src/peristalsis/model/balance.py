@@ -1,4 +1,4 @@
-"""Work done and lost in a step, term by term, Eq. (29), from the states at its two ends."""
+"""Balances over a step, term by term, from the states at its two ends: work, Eq. (29), and axial momentum, (52)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from ..geometry.surface import rates_to_frames
 from ..geometry.tube import lumen_volume
 from ..numerics.compiled import compiled
-from ..pellet.friction import sliding_velocity
+from ..numerics.rates import rate_formula
 from ..wall.membrane import PARTS, WallConstants, corner_tension
-from .fields import column
+from .fields import column, end_reactions
+from .friction import dry_friction_now, sliding_speed
 from .model import Model
 from .state import State, WallState
 from .surface_balance import surface_wall_work, volume_of
@@ -96,6 +97,41 @@ def _lost_pellet(model: Model, before: State, after: State) -> float:
     return 0.5 * model.dt_wall * (_friction_power(model, before) + _friction_power(model, after))
 
 
+class Momentum(NamedTuple):
+    """Axial forces on wall and lumen at the end of a step [mN], and the rate of the wall's momentum, Eq. (52)."""
+
+    ends: float
+    pellet: float
+    friction: float
+    inertia: float
+
+    @property
+    def residual(self) -> float:
+        """Zero but for the tolerance of the solver."""
+        return self.ends - self.pellet + self.friction - self.inertia
+
+
+def momentum_of_step(model: Model, before: State, after: State) -> Momentum:
+    """Axial momentum at the end of the step.
+
+    With inertia, a step that was cut into pieces keeps no record of what its rate is made of: its terms are nan.
+    """
+    oral, anal, _ = end_reactions(after.wall, model.wall, after.pressure)
+    force = after.pellet.axial_force if model.pellet.present else 0.0
+    held = before is not after and bool((before.wall.contact > 0.0).any())
+    friction = model.pellet.frame * force if held else 0.0
+    inertia = 0.0
+    if model.inertia and before is not after:
+        if after.wall.step_before != model.dt_wall:
+            return Momentum(math.nan, math.nan, math.nan, math.nan)
+        formula = rate_formula(model.dt_wall, before.wall.step_before, model.second_order)
+        history = formula.history(before.wall.velocity, before.wall.velocity_before)
+        rate = float((after.wall.velocity - history)[:, :, 2].sum()) * formula.inverse
+        area = 2.0 * math.pi * model.wall.radius * model.wall.element_size / model.grid.n_theta
+        inertia = area * model.wall.surface_density * rate
+    return Momentum(anal - oral, force, friction, inertia)
+
+
 def _bending_loss(model: Model, old: WallState, new: WallState) -> float:
     """Work lost in the bending viscosity [mN cm]: its trapezoidal force on the change of curvature."""
     wall = model.wall
@@ -121,8 +157,8 @@ def _gas_energy(model: Model, volume: float) -> float:
 def _friction_power(model: Model, state: State) -> float:
     if not model.pellet.present:
         return 0.0
-    speed, _ = sliding_velocity(state.pellet.axial_force, model.pellet.viscous, model.pellet.dry)
-    return model.pellet.viscous * speed * speed + model.pellet.dry * abs(speed)
+    speed = sliding_speed(model, state.pellet)
+    return model.pellet.viscous * speed * speed + dry_friction_now(model, state.pellet) * abs(speed)
 
 
 @compiled

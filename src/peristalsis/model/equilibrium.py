@@ -41,7 +41,10 @@ REASONS = (
 
 
 class PelletConstants(NamedTuple):
-    """Pellet and friction: cm, mN, s. `frame` w is 0 for friction at rest, 1 against the moving wall, Eq. (27)."""
+    """Pellet and friction: cm, mN, s. `frame` w is 0 for friction at rest, 1 against the moving wall, Eq. (27).
+
+    tangential: the reaction on the wall lies in its tangent plane, as that of Eq. (51) does; else it is axial.
+    """
 
     present: bool
     radius: float
@@ -49,6 +52,7 @@ class PelletConstants(NamedTuple):
     dry: float
     frame: float
     volume: float
+    tangential: bool = False
 
 
 class LumenConstants(NamedTuple):
@@ -180,6 +184,11 @@ def solve_equilibrium(
                     q = h * density[i]
                     residual[2 * i] -= q * nr[i]
                     residual[2 * i + 1] -= q * nz[i] + pellet.frame * friction_weight[i] * scalars[2] / circumference
+                    if pellet.tangential:
+                        pull = pellet.frame * friction_weight[i] / (circumference * rho[i])
+                        residual[2 * i] += pull * scalars[2] * (zeta[i] - scalars[1])
+                        matrix[2 * i, HALF_WIDTH] -= pull * scalars[2] * (zeta[i] - scalars[1]) / rho[i]
+                        matrix[2 * i, HALF_WIDTH + 1] += pull * scalars[2]
                     axial -= circumference * q * nz[i]
                     wall_velocity += friction_weight[i] * (zeta[i] - history[1, i]) * step.slope
                     if touching[i]:
@@ -259,6 +268,10 @@ def solve_equilibrium(
             for i in range(1, n - 1):
                 r = 2 * i
                 right[r + 1, 3] = -pellet.frame * friction_weight[i] / circumference
+                if pellet.tangential:
+                    pull = pellet.frame * friction_weight[i] / (circumference * rho[i])
+                    right[r, 2] = -pull * scalars[2]
+                    right[r, 3] = pull * (zeta[i] - scalars[1])
                 if not touching[i]:
                     right[r, 0] -= h * density[i] * nr[i]
                     right[r + 1, 0] -= h * density[i] * nz[i]

@@ -13,6 +13,7 @@ from ..control.reflex import SILENT
 from ..control.sequence import quiet
 from ..errors import DivergenceError
 from ..geometry.tube import lumen_volume
+from ..pellet.friction import dry_friction
 from ..tissue.cells import plant
 from ..tissue.rest import RestState, rest_state, rest_states
 from ..wall.passive import passive_tension
@@ -64,12 +65,20 @@ def initial_state(model: Model) -> tuple[Model, State, list[str]]:
         circular=circular,
         pacemaker=_pacemaker_sheet(model),
         wall=wall,
-        pellet=PelletState(model.start_position, 0.0, force),
+        pellet=PelletState(model.start_position, 0.0, force, _holding(complete, contact, position)),
         pressure=model.lumen.pressure,
         trigger=quiet((model.grid.n_z, model.grid.n_theta_conduction)),
         reflex=SILENT,
     )
     return complete, state, remarks
+
+
+def _holding(model: Model, contact: Floats, position: Floats) -> float:
+    """Dry friction [mN] that holds the resting pellet, Eqs. (50) and (51)."""
+    rho, axial = position[:, 0], position[:, 1] - model.start_position
+    area = 2.0 * np.pi * model.wall.radius * model.wall.element_size
+    pressing = area * float((contact * rho / np.hypot(rho, axial)).sum())
+    return dry_friction(model.pellet.dry, model.friction, pressing, True)
 
 
 def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, list[str]]:

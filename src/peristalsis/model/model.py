@@ -15,6 +15,7 @@ from ..control.sequence import Trigger
 from ..errors import DivergenceError
 from ..geometry.grid import Grid
 from ..numerics.stabilised import coefficients, stages_for
+from ..pellet.friction import CONSTANT, FrictionLaw
 from ..tissue.cells import plant
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
@@ -119,6 +120,7 @@ class Model:
     free_radius: Floats
     surface: SurfaceConstants
     sideways_friction: float | None
+    friction: FrictionLaw = CONSTANT
 
     @property
     def dt_cell(self) -> float:

@@ -51,14 +51,16 @@ class WallState:
 
 @dataclass(frozen=True)
 class PelletState:
-    """The pellet: centre along the tube [cm], velocity [cm/s], axial force of the wall [mN], centre across [cm].
+    """The pellet: centre along the tube [cm], velocity [cm/s], axial force of the wall [mN].
 
-    across: x and y in the frame of column 0; (0, 0) while the pellet is kept on the axis.
+    dry: dry friction in the step before [mN]. across: x and y of the centre in the frame of column 0 [cm]; (0, 0)
+    while the pellet is kept on the axis.
     """
 
     position: float
     velocity: float
     axial_force: float
+    dry: float = 0.0
     across: tuple[float, float] = (0.0, 0.0)
 
 

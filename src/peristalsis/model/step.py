@@ -23,6 +23,7 @@ from ..tissue.surface import SurfaceOperator, SurfaceSizes
 from ..tissue.surface_sheet import advance_surface_sheet
 from .equilibrium import CONVERGED, REASONS, Step, solve_equilibrium
 from .fields import axial_tension_of_elements, column, stretch_of_elements
+from .friction import friction_ahead
 from .model import ACTIVATION_LEVEL, Layer, Model, explicit_stages
 from .state import PelletState, SheetState, State, WallState
 from .surface_fields import Stretches, surface_stretches
@@ -332,7 +333,8 @@ def _try_wall(
     guess[[0, -1]] = position[[0, -1]]  # the clamped ends, to the last bit
     rho, zeta = np.ascontiguousarray(guess[:, 0]), np.ascontiguousarray(guess[:, 2])
     density = wall.contact[:, 0].copy()
-    weight = density / density.sum() if density.sum() > 0.0 else np.zeros_like(density)
+    dry, weights = friction_ahead(model, wall, pellet)
+    weight = np.ascontiguousarray(weights[:, 0])
     second = model.second_order and wall.step_before > 0.0
     pellet_history = pellet.position + (0.5 * dt * pellet.velocity if second else 0.0)
     pellet_weight = 0.5 * dt if second else dt
@@ -351,7 +353,7 @@ def _try_wall(
         weight,
         Step(formula.inverse, model.inertia, pellet_history, pellet_weight),
         model.wall,
-        model.pellet,
+        model.pellet._replace(dry=dry),
         model.lumen,
         model.tolerance,
         model.gap_tolerance,
@@ -376,12 +378,12 @@ def _try_wall(
         drive=drive,
         step_before=dt,
     )
-    moved = _move_pellet(model, after, weight, float(scalars[1]), pellet_history, pellet_weight)
+    moved = _move_pellet(model, after, weight, dry, float(scalars[1]), pellet_history, pellet_weight)
     return code, _Solved(after, moved, float(scalars[0]), iterations, assemblies, 1)
 
 
 def _move_pellet(
-    model: Model, wall: WallState, weight: Floats, centre: float, history: float, step: float
+    model: Model, wall: WallState, weight: Floats, dry: float, centre: float, history: float, step: float
 ) -> PelletState:
     """Velocity from the stored contact by the friction law, and the position that goes with it, Eqs. (13), (34)."""
     if not model.pellet.present:
@@ -389,9 +391,9 @@ def _move_pellet(
     area = 2.0 * np.pi * model.wall.radius * model.wall.element_size
     rho, zeta, contact = column(wall.position, 0, 0), column(wall.position, 0, 2), column(wall.contact, 0)
     force = axial_force(rho, zeta, contact, centre, model.pellet.radius, area)
-    sliding, _ = sliding_velocity(force, model.pellet.viscous, model.pellet.dry)
+    sliding, _ = sliding_velocity(force, model.pellet.viscous, dry)
     velocity = sliding + model.pellet.frame * float(weight @ wall.velocity[:, 0, 2])
-    return PelletState(history + step * velocity, velocity, force)
+    return PelletState(history + step * velocity, velocity, force, dry)
 
 
 def _listen(model: Model, state: State, time: float) -> State:

@@ -15,6 +15,7 @@ from ..pellet.surface_contact import force_on_pellet, measure_contact
 from ..wall.surface import measure_edges, new_edges
 from ..wall.surface_regularisers import SurfaceConstants, patch_shear
 from .equilibrium import CONVERGED, OUT_OF_RANGE, Step
+from .friction import friction_ahead
 from .model import Model
 from .state import PelletState, WallState
 from .surface_equilibrium import Sideways, SurfaceProblem, SurfaceVerdict, solve_surface
@@ -82,8 +83,7 @@ def try_surface_wall(
     guess = places + dt * (trend * velocity - (trend - 1.0) * velocity_before)
     guess[[0, -1]] = places[[0, -1]]  # the clamped ends, to the last bit
     density = wall.contact.copy()
-    total = float(density.sum())
-    weight = density / total if total > 0.0 else np.zeros_like(density)
+    dry, weight = friction_ahead(model, wall, pellet)
     second = model.second_order and wall.step_before > 0.0
     pellet_history = pellet.position + (0.5 * dt * pellet.velocity if second else 0.0)
     pellet_weight = 0.5 * dt if second else dt
@@ -103,7 +103,7 @@ def try_surface_wall(
         step=Step(formula.inverse, model.inertia, pellet_history, pellet_weight),
         wall=model.wall,
         surface=surface,
-        pellet=model.pellet,
+        pellet=model.pellet._replace(dry=dry),
         lumen=model.lumen,
         sideways=aside,
         tolerance=model.tolerance,
@@ -169,8 +169,13 @@ def _move_pellet(
     )
     area = 2.0 * np.pi * model.wall.radius / m * model.wall.element_size
     _, _, force = force_on_pellet(density, normal, area)
-    sliding, _ = sliding_velocity(force, model.pellet.viscous, model.pellet.dry)
+    sliding, _ = sliding_velocity(force, model.pellet.viscous, problem.pellet.dry)
     drift = model.pellet.frame * float((problem.friction_weight * velocity[:, 2]).sum())
+    velocity_now = sliding + drift
     return PelletState(
-        problem.step.pellet_history + problem.step.pellet_weight * (sliding + drift), sliding + drift, force, (x, y)
+        problem.step.pellet_history + problem.step.pellet_weight * velocity_now,
+        velocity_now,
+        force,
+        problem.pellet.dry,
+        (x, y),
     )

@@ -4,11 +4,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from peristalsis.verification.exact.cable import discrete_symbol
 
 from peristalsis.numerics.stabilised import coefficients, stages_for
 from peristalsis.tissue.bidomain import Bidomain
 from peristalsis.tissue.surface import Conductivities, Monodomain, SurfaceOperator, SurfaceSizes
+from peristalsis.verification.exact.cable import discrete_symbol
 
 Floats = NDArray[np.float64]
 
@@ -48,11 +48,11 @@ class Surface:
 
     @property
     def z(self) -> Floats:
-        return (np.arange(self.n_z) + 0.5)[:, None] * self.sizes.axial
+        return np.asarray((np.arange(self.n_z) + 0.5)[:, None] * self.sizes.axial, dtype=np.float64)
 
     @property
     def z_faces(self) -> Floats:
-        return np.arange(1, self.n_z)[:, None] * self.sizes.axial
+        return np.asarray(np.arange(1, self.n_z)[:, None] * self.sizes.axial, dtype=np.float64)
 
     @property
     def theta(self) -> Floats:
