@@ -15,6 +15,8 @@ from .config import Configuration
 from .consistency import output_size
 from .errors import DivergenceError, shown
 from .model.model import Model
+from .regions import varies_around
+from .tissue.resolution import columns_for_speed, front_foot, relative_front_speed
 from .wall.active import ActiveConstants, active_tension
 from .wall.membrane import nominal_tensions
 
@@ -105,7 +107,8 @@ def largest_pull(model: Model) -> float:
 def remarks(configuration: Configuration) -> list[str]:
     """Warnings before a run; none for the shipped settings."""
     model = build(configuration)
-    found = [*_unseen_regions(configuration), *_grids(configuration), *_end_layer(configuration, model), *_steps(model)]
+    found = [*_unseen_regions(configuration), *_around(configuration, model)]
+    found += [*_grids(configuration), *_end_layer(configuration, model), *_steps(model)]
     return [*found, *_forces(configuration, model), *_memory(configuration)]
 
 
@@ -160,6 +163,30 @@ def _steps(model: Model) -> list[str]:
     except DivergenceError as error:
         return [str(error)]
     return []
+
+
+def _around(configuration: Configuration, model: Model) -> list[str]:
+    """How much too slow a front runs around the ring on this many columns, where anything varies around it."""
+    c, grid = configuration, model.grid
+    driven_in_part = c.pacemaker.kind != "none" and c.pacemaker.angular_width < 360.0
+    if not grid.is_surface or not (driven_in_part or varies_around(c.regions)):
+        return []
+    found = []
+    for name, layer in (("longitudinal", model.longitudinal), ("circular", model.circular)):
+        if not layer.conducts:
+            continue
+        g = layer.conductivities
+        foot = front_foot(layer.diffusivity * g.effective_around / g.effective_axial, model.cell.kinetics_rate)
+        share = relative_front_speed(grid.column_width(model.wall.radius), foot)
+        if share >= 1.0 - ACCEPTED / 100.0:
+            continue
+        columns = grid.n_theta * math.ceil(columns_for_speed(model.wall.radius, foot) / grid.n_theta)
+        slow = f"runs {100.0 * (1.0 - share):.0f} % too slowly" if share > 0.0 else "does not pass from cell to cell"
+        found.append(
+            f"grid.n_theta_conduction = {grid.n_theta_conduction}: a front around the ring {slow} in the {name} layer "
+            f"(undeformed); {columns} columns bring it within {ACCEPTED:g} %"
+        )
+    return found
 
 
 def _forces(configuration: Configuration, model: Model) -> list[str]:

@@ -62,7 +62,7 @@ class Simulation:
     ) -> None:
         self.configuration = configuration
         self._begun_with = configuration
-        self.compile_seconds = warm_up()
+        self.compile_seconds = warm_up(surface=configuration.grid.n_theta > 1)
         self.model, self.state, remarks = initial_state(build(configuration))
         self.remarks = [*preflight.remarks(configuration), *remarks]
         dt = self.model.dt_wall

@@ -7,7 +7,7 @@ from functools import cache
 
 
 @cache
-def _compile() -> float:
+def _compile(columns: int) -> float:
     from .build import build
     from .config import Configuration
     from .model.balance import work_of_step
@@ -17,7 +17,9 @@ def _compile() -> float:
     from .model.step import advance
 
     begin = time.perf_counter()
-    tiny = Configuration().with_changes({"grid.n_z": 200, "grid.n_z_wall": 100})
+    tiny = Configuration().with_changes({"grid.n_z": 200, "grid.n_z_wall": 100, "grid.n_theta": columns})
+    if columns > 1:
+        tiny = tiny.with_changes({"pacemaker.angular_width": "90 deg"})
     model, before, _ = initial_state(build(tiny))
     after, _ = advance(model, before)
     work_of_step(model, before, after)
@@ -26,6 +28,9 @@ def _compile() -> float:
     return time.perf_counter() - begin
 
 
-def warm_up() -> float:
-    """Compile or load all kernels; seconds it took the first time in this process."""
-    return _compile()
+def warm_up(surface: bool = False) -> float:
+    """Compile or load all kernels; seconds it took the first time in this process.
+
+    surface: those of the wall and the sheets on the whole surface too, which take some minutes to compile.
+    """
+    return _compile(1) + (_compile(8) if surface else 0.0)
