@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import operator
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -36,6 +37,11 @@ from peristalsis.regions import schema as regions_schema
 LAYERS = ("longitudinal", "circular")
 
 LARGEST_TEXT = 512 * 1024  # bytes of a configuration file, which may hold maps
+LONGEST_LIST = 1000
+
+# A key of thousands of parts takes the TOML reader minutes. Each part is matched once, so this takes no time itself.
+_PART = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_LONG_KEY = re.compile(rf"(?:{_PART}[ \t]*+\.[ \t]*+){{16}}")
 
 WITHOUT_EFFECT = ("run.checkpoint",)
 """Parameters that change how a run is carried out and no number of it: they are not part of its digest."""
@@ -78,7 +84,8 @@ class Section(BaseModel):
         if kind == "names" and isinstance(value, list | tuple):
             return tuple(value)
         if kind == "list" and isinstance(value, list | tuple):
-            return tuple(units.read(item, _unit(field)) for item in value)
+            # One more than any list may have: a longer one is refused without being read.
+            return tuple(units.read(item, _unit(field)) for item in value[: LONGEST_LIST + 1])
         if kind == "integer" and isinstance(value, Integral) and not isinstance(value, bool):
             return operator.index(value)
         return value
@@ -279,7 +286,7 @@ class Output(Section):
     """What is stored."""
 
     interval: float = parameter("output.interval", gt=0, le=1e4)
-    probes: tuple[Annotated[float, Field(ge=0, le=200)], ...] = parameter("output.probes", max_length=1000)
+    probes: tuple[Annotated[float, Field(ge=0, le=200)], ...] = parameter("output.probes", max_length=LONGEST_LIST)
     fields: tuple[str, ...] = parameter("output.fields", max_length=100)
 
     @field_validator("fields")
@@ -523,6 +530,8 @@ def read_toml(source: str | PathLike[str], most: int = LARGEST_TEXT) -> dict[str
         text, where = _read_file(Path(source), most), shown(str(source))
     if len(text) > most:
         raise ConfigurationError(f"{where} has {len(text)} characters, more than {most}; shorten it")
+    if _LONG_KEY.search(text):
+        raise ConfigurationError(f"{where} has a key of many parts, and none has more than three; correct it")
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:

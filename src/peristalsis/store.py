@@ -78,7 +78,7 @@ def damaged(folder: Path, why: str) -> DamagedResult:
     """The error of a stored run that does not agree with its manifest."""
     return DamagedResult(
         f"{shown(str(folder))} is not a whole result of peristalsis ({why}); run it again, or move it aside with "
-        f"peristalsis verify {shown(str(folder))} --quarantine"
+        f"peristalsis check {shown(str(folder))} --quarantine"
     )
 
 

@@ -376,18 +376,18 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert '"in_transit": 2' in capsys.readouterr().out
     assert main(["batch", "two.toml", "--workers", "0"]) == 2
     folders = sorted(str(path) for path in Path("out/two/runs").iterdir())
-    assert main(["verify", *folders]) == 0
+    assert main(["check", *folders]) == 0
     Path(folders[0], "summary.json").write_bytes(b"{}")
     capsys.readouterr()
-    assert main(["verify", *folders, "elsewhere"]) == 1
+    assert main(["check", *folders, "elsewhere"]) == 1
     said = capsys.readouterr()
     assert "damaged" in said.out
     assert "not verified" in said.out
-    assert main(["verify", *folders, "--quarantine", "--json"]) == 1
+    assert main(["check", *folders, "--quarantine", "--json"]) == 1
     assert ".damaged-" in capsys.readouterr().out
     assert not Path(folders[0]).exists()
     assert main(["batch", "two.toml"]) == 0
-    assert main(["verify", *folders]) == 0
+    assert main(["check", *folders]) == 0
 
 
 def test_quarantine_that_fails_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -398,7 +398,7 @@ def test_quarantine_that_fails_is_said(tmp_path: Path, monkeypatch: pytest.Monke
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(disk.DISK, "rename", refused)
-    assert main(["verify", str(tmp_path / "run"), "--quarantine"]) == 4
+    assert main(["check", str(tmp_path / "run"), "--quarantine"]) == 4
 
 
 def test_plans_are_of_configurations() -> None:

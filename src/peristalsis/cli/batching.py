@@ -1,4 +1,4 @@
-"""`peristalsis batch` and `peristalsis verify`: many runs, and whether what is stored is whole."""
+"""`peristalsis batch` and `peristalsis check`: many runs, and whether what is stored is whole."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def batch(file: str, out: str | None, workers: int, screen: Screen) -> int:
     return 0
 
 
-def verify(folders: Sequence[str], aside: bool, screen: Screen) -> int:
+def check(folders: Sequence[str], aside: bool, screen: Screen) -> int:
     """Check stored runs against their manifests; exit code 1 if one is not whole."""
     from .. import store
 

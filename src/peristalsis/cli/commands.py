@@ -53,7 +53,7 @@ EXAMPLES = {
         "peristalsis compare out/baseline out/thin out/reflex_only --out out/compared",
     ),
     "batch": ("peristalsis batch friction.toml", "peristalsis batch friction.toml --workers 2 --out out/friction"),
-    "verify": ("peristalsis verify out/baseline", "peristalsis verify out/baseline out/thin --quarantine"),
+    "check": ("peristalsis check out/baseline", "peristalsis check out/baseline out/thin --quarantine"),
     "paper": PAPER_EXAMPLES,
     "verify": VERIFY_EXAMPLES,
     "version": ("peristalsis version",),
@@ -353,8 +353,8 @@ def batch_(
     return Job(lambda screen: batch(file, out, workers, screen))
 
 
-@app.command("verify", epilog=_epilog("verify"))
-def verify_(
+@app.command("check", epilog=_epilog("check"))
+def check_(
     folders: Annotated[list[str], typer.Argument(metavar="FOLDER...", help="Folders of stored runs.")],
     quarantine: Annotated[
         bool, typer.Option("--quarantine", help="Move damaged ones aside, to FOLDER.damaged-TIME; nothing is deleted.")
@@ -365,9 +365,9 @@ def verify_(
 
     Exit code 0 if all are whole, 1 if one is damaged or cannot be verified.
     """
-    from .batching import verify
+    from .batching import check
 
-    return Job(lambda screen: verify(folders, quarantine, screen))
+    return Job(lambda screen: check(folders, quarantine, screen))
 
 
 app.command("paper", epilog=_epilog("paper"))(paper)
