@@ -154,65 +154,75 @@ def volume_gradient(padded: np.ndarray, scale: float, gradient: np.ndarray) -> N
 
 
 @compiled
-def _add_spin(
-    blocks: np.ndarray, i: int, q: int, j: int, vx: float, vy: float, vz: float, c: float, t: float, scale: float
-) -> None:
-    """Add d -> scale * d x v to blocks (i, q) and (i, centre) of column j, for a neighbour turned by (c, t).
-
-    The displacement d of the neighbour is given in its own frame; the node itself moves the opposite way.
-    """
-    vx *= scale
-    vy *= scale
-    vz *= scale
-    blocks[i, q, 0, 0, j] += vz * t
-    blocks[i, q, 0, 1, j] += vz * c
-    blocks[i, q, 0, 2, j] -= vy
-    blocks[i, q, 1, 0, j] -= vz * c
-    blocks[i, q, 1, 1, j] += vz * t
-    blocks[i, q, 1, 2, j] += vx
-    blocks[i, q, 2, 0, j] += vy * c - vx * t
-    blocks[i, q, 2, 1, j] -= vy * t + vx * c
-    blocks[i, 4, 0, 1, j] -= vz
-    blocks[i, 4, 0, 2, j] += vy
-    blocks[i, 4, 1, 0, j] += vz
-    blocks[i, 4, 1, 2, j] -= vx
-    blocks[i, 4, 2, 0, j] -= vy
-    blocks[i, 4, 2, 1, j] += vx
-
-
-@compiled
 def add_volume_tangent(padded: np.ndarray, scale: float, blocks: np.ndarray) -> None:
-    """Add scale * d2V/dx2 to stencil blocks (n, 9, 3, 3, m) of the inner rows."""
+    """Add scale * d2V/dx2 to stencil blocks (n, 9, 3, 3, m) of the inner rows.
+
+    With the neighbours of a node numbered around it, p_k turns its gradient by dp_k x v_k, where v_k is the difference
+    of the neighbours next to it, and, for those on the node's own row or column, of the next but one as well.
+    """
     n = padded.shape[0]
     m = padded.shape[2] - 2
     turn = 2.0 * math.pi / m
     c = math.cos(turn)
     s = math.sin(turn)
     factor = scale * polygon_factor(m) / 12.0
-    around = np.empty((8, 3))
+    around = np.empty((8, 3, m))
+    spin = np.empty((3, m))
+    total = np.empty((3, m))
     step_i = (0, 1, 1, 1, 0, -1, -1, -1)
     step_j = (1, 1, 0, -1, -1, -1, 0, 1)
     for i in range(1, n - 1):
-        for j in range(m):
-            for k in range(8):
-                t = s * step_j[k]
-                cc = c if step_j[k] != 0 else 1.0
-                r = i + step_i[k]
-                o = j + 1 + step_j[k]
-                around[k, 0] = cc * padded[r, 0, o] - t * padded[r, 1, o]
-                around[k, 1] = cc * padded[r, 1, o] + t * padded[r, 0, o]
-                around[k, 2] = padded[r, 2, o]
-            for k in range(8):
-                nxt = (k + 1) % 8
-                prv = (k + 7) % 8
-                vx = around[nxt, 0] - around[prv, 0]
-                vy = around[nxt, 1] - around[prv, 1]
-                vz = around[nxt, 2] - around[prv, 2]
-                if k % 2 == 0:
-                    nxt = (k + 2) % 8
-                    prv = (k + 6) % 8
-                    vx += around[nxt, 0] - around[prv, 0]
-                    vy += around[nxt, 1] - around[prv, 1]
-                    vz += around[nxt, 2] - around[prv, 2]
-                q = 3 * (step_i[k] + 1) + step_j[k] + 1
-                _add_spin(blocks, i, q, j, vx, vy, vz, c if step_j[k] != 0 else 1.0, s * step_j[k], factor)
+        for k in range(8):
+            o = 1 + step_j[k]
+            t = s * step_j[k]
+            cc = c if step_j[k] != 0 else 1.0
+            x = padded[i + step_i[k], 0][o : o + m]
+            y = padded[i + step_i[k], 1][o : o + m]
+            z = padded[i + step_i[k], 2][o : o + m]
+            for j in range(m):
+                around[k, 0, j] = cc * x[j] - t * y[j]
+                around[k, 1, j] = cc * y[j] + t * x[j]
+                around[k, 2, j] = z[j]
+        total[:, :] = 0.0
+        for k in range(8):
+            reach = 2 if k % 2 == 0 else 1
+            share = factor if reach == 2 else 0.0
+            for a in range(3):
+                v = spin[a]
+                add = total[a]
+                after = around[(k + 1) % 8, a]
+                before = around[(k + 7) % 8, a]
+                after2 = around[(k + reach) % 8, a]
+                before2 = around[(k + 8 - reach) % 8, a]
+                for j in range(m):
+                    value = factor * (after[j] - before[j]) + share * (after2[j] - before2[j])
+                    v[j] = value
+                    add[j] += value
+            q = 3 * (step_i[k] + 1) + step_j[k] + 1
+            _add_spin(blocks[i, q], spin, c if step_j[k] != 0 else 1.0, s * step_j[k], 1.0)
+        # The node itself moves against all its neighbours.
+        _add_spin(blocks[i, 4], total, 1.0, 0.0, -1.0)
+
+
+@compiled
+def _add_spin(block: np.ndarray, spin: np.ndarray, c: float, t: float, sign: float) -> None:
+    """Add d -> sign * d x spin to a block (3, 3, m), where d is given in a frame turned by (c, t); spin: (3, m)."""
+    for a, b, w in ((0, 0, t), (0, 1, c), (1, 0, -c), (1, 1, t)):
+        y = block[a, b]
+        z = spin[2]
+        for j in range(y.size):
+            y[j] += sign * w * z[j]
+    across = spin[0]
+    along = spin[1]
+    y = block[0, 2]
+    for j in range(y.size):
+        y[j] -= sign * along[j]
+    y = block[1, 2]
+    for j in range(y.size):
+        y[j] += sign * across[j]
+    y = block[2, 0]
+    for j in range(y.size):
+        y[j] += sign * (along[j] * c - across[j] * t)
+    y = block[2, 1]
+    for j in range(y.size):
+        y[j] -= sign * (along[j] * t + across[j] * c)

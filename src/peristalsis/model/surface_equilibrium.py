@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.surface import add_volume_tangent, column_angles, surface_volume, volume_gradient
-from ..numerics.compiled import compiled
 from ..numerics.krylov import flexible_gmres
 from ..numerics.ring_blocks import RingOperator, multiply, multiply_transposed, pad
 from ..numerics.ring_solver import Constraint, RingSolver, add_normal, project
@@ -127,24 +126,18 @@ class _Trial:
         """Residuals, merit and worst residual of the trial state; False when it is out of range."""
         p = self.problem
         self.merit = self.worst = math.inf
-        if not _wall_forces(
-            self.places,
-            self.padded,
-            self.moved,
-            p.history,
-            p.stretch_history,
-            p.hoop_history,
-            p.shear_history,
-            p.drive,
-            p.step.slope,
-            float(self.scalars[P]),
-            p.wall,
-            p.surface,
-            self.edges,
-            self.gradient,
-            self.residual,
-        ):
+        pad(self.places, self.padded)
+        if not measure_edges(self.padded, p.wall, self.edges):
             return False
+        if not load_edges(self.edges, p.stretch_history, p.hoop_history, p.step.slope, p.drive, p.wall):
+            return False
+        pad(self.places - p.history, self.moved)
+        volume_gradient(self.padded, 1.0 / self.arc, self.gradient)
+        np.multiply(self.gradient, -self.scalars[P], out=self.residual)
+        add_edge_forces(self.edges, self.residual)
+        add_regulariser_forces(
+            self.padded, self.places, self.moved, p.shear_history, p.step.slope, p.wall, p.surface, self.residual
+        )
         if p.step.inertia:
             mass = p.wall.surface_density * p.wall.element_size * p.step.slope
             self.residual += mass * ((self.places - p.history) * p.step.slope - p.velocity_history)
@@ -220,74 +213,6 @@ class _Trial:
         return total, max(worst, float(open_density.max(initial=0.0)))
 
 
-@compiled
-def _wall_forces(
-    places: np.ndarray,
-    padded: np.ndarray,
-    moved: np.ndarray,
-    history: np.ndarray,
-    stretch_history: np.ndarray,
-    hoop_history: np.ndarray,
-    shear_history: np.ndarray,
-    drive: np.ndarray,
-    slope: float,
-    pressure: float,
-    wall: WallConstants,
-    surface: SurfaceConstants,
-    edges: Edges,
-    gradient: np.ndarray,
-    residual: np.ndarray,
-) -> bool:
-    """Internal and pressure forces of the wall into `residual`, dV/dx per arc into `gradient`, edges loaded."""
-    m = places.shape[2]
-    pad(places, padded)
-    if not measure_edges(padded, wall, edges):
-        return False
-    if not load_edges(edges, stretch_history, hoop_history, slope, drive, wall):
-        return False
-    volume_gradient(padded, m / (2.0 * math.pi * wall.radius), gradient)
-    for i in range(places.shape[0]):
-        for a in range(3):
-            for j in range(m):
-                residual[i, a, j] = -pressure * gradient[i, a, j]
-                moved[i, a, j + 1] = places[i, a, j] - history[i, a, j]
-            moved[i, a, 0] = moved[i, a, m]
-            moved[i, a, m + 1] = moved[i, a, 1]
-    add_edge_forces(edges, residual)
-    add_regulariser_forces(padded, places, moved, shear_history, slope, wall, surface, residual)
-    return True
-
-
-@compiled
-def _wall_tangent(
-    padded: np.ndarray,
-    shear_history: np.ndarray,
-    slope: float,
-    pressure: float,
-    inertia: float,
-    wall: WallConstants,
-    surface: SurfaceConstants,
-    edges: Edges,
-    turn: np.ndarray,
-    normal: np.ndarray,
-    blocks: np.ndarray,
-) -> None:
-    """Tangent of the wall in its pressure and contact; turn: Q h times curvature of the gap where nodes touch (n, m)."""
-    m = blocks.shape[4]
-    blocks[:, :, :, :, :] = 0.0
-    add_edge_tangent(edges, blocks)
-    add_shear_tangent(padded, shear_history, slope, wall, surface, blocks)
-    add_volume_tangent(padded, -pressure * m / (2.0 * math.pi * wall.radius), blocks)
-    for i in range(blocks.shape[0]):
-        for j in range(m):
-            t = turn[i, j]
-            for a in range(3):
-                blocks[i, 4, a, a, j] += inertia - t
-                if t != 0.0:
-                    for b in range(3):
-                        blocks[i, 4, a, b, j] += t * normal[i, a, j] * normal[i, b, j]
-
-
 def solve_surface(places: Floats, density: Floats, scalars: Floats, problem: SurfaceProblem) -> SurfaceVerdict:
     """Solve in place for places (n, 3, m) [cm], density Q (n, m) [mN/cm^2] and scalars (p, Z, F) or (p, Z, F, X, Y).
 
@@ -331,7 +256,7 @@ def solve_surface(places: Floats, density: Floats, scalars: Floats, problem: Sur
             merits[:] = FIRST_ALLOWANCE * trial.merit
         forcing = min(LOOSEST, max(TIGHTEST, 0.9 * (trial.merit / last_merit) ** 2)) if iteration else LOOSEST
         last_merit = trial.merit
-        found = _newton_update(trial, blocks, max(forcing * trial.merit, 0.1 * tolerance), 0.1 * tolerance)
+        found = _newton_update(trial, blocks, max(forcing * trial.merit, 0.3 * tolerance))
         if found is None:
             return SurfaceVerdict(SINGULAR, iteration, assemblies, krylov)
         update, used = found
@@ -343,12 +268,10 @@ def solve_surface(places: Floats, density: Floats, scalars: Floats, problem: Sur
             array += change
 
 
-def _newton_update(
-    trial: _Trial, blocks: Floats, target: float, negligible: float
-) -> tuple[tuple[Floats, Floats, Floats], int] | None:
+def _newton_update(trial: _Trial, blocks: Floats, target: float) -> tuple[tuple[Floats, Floats, Floats], int] | None:
     """Changes of places, density and scalars from the linearised equations, and Krylov iterations; None if singular.
 
-    target: merit of the linear residual to reach; negligible: amplitude below which modes around the ring are let be.
+    target: merit of the linear residual to reach.
     """
     problem, count = trial.problem, trial.scalars.size
     wall, pellet, step, arc = problem.wall, problem.pellet, problem.step, trial.arc
@@ -356,19 +279,15 @@ def _newton_update(
     h, normal, touching = wall.element_size, trial.normal, trial.touching
     padded = np.empty((n, 3, m + 2))
     turn = np.where(touching, h * trial.density / (trial.gap + pellet.radius), 0.0)
-    _wall_tangent(
-        trial.padded,
-        problem.shear_history,
-        step.slope,
-        float(trial.scalars[P]),
-        wall.surface_density * h * step.slope**2 if step.inertia else 0.0,
-        wall,
-        problem.surface,
-        trial.edges,
-        turn,
-        normal,
-        blocks,
-    )
+    blocks[...] = 0.0
+    add_edge_tangent(trial.edges, blocks)
+    add_shear_tangent(trial.padded, problem.shear_history, step.slope, wall, problem.surface, blocks)
+    add_volume_tangent(trial.padded, -float(trial.scalars[P]) / arc, blocks)
+    mass = wall.surface_density * h * step.slope**2 if step.inertia else 0.0
+    for a in range(3):
+        blocks[:, 4, a, a] += mass - turn
+    if pellet.present:
+        blocks[:, 4] += turn[:, None, None, :] * normal[:, :, None, :] * normal[:, None, :, :]
     operator = RingOperator(
         blocks,
         bending_along(wall, step.slope),
@@ -378,9 +297,12 @@ def _newton_update(
     constraint = Constraint(touching, trial.rows, normal)
     solver = RingSolver(operator, constraint)
 
-    def times(field: Floats) -> Floats:
+    touched = np.flatnonzero(trial.rows)
+    band = (max(int(touched[0]) - 2, 0), min(int(touched[-1]) + 3, n)) if touched.size else (0, 0)
+
+    def times(field: Floats, rows_of: tuple[int, int] = (0, n)) -> Floats:
         out = np.empty_like(field)
-        multiply(operator, field, padded, out)
+        multiply(operator, field, rows_of[0], rows_of[1], padded, out)
         return out
 
     # Borders: columns of the scalars in the wall's rows, rows of the scalars over the wall's unknowns, and the corner.
@@ -394,7 +316,7 @@ def _newton_update(
     if pellet.present:
         closing = np.where(touching, -trial.gap, 0.0)
         prescribed = closing[:, None, :] * normal
-        moved = times(prescribed)
+        moved = times(prescribed, band)
         free = ~touching * h * trial.density
         right -= moved + free[:, None, :] * normal
         friction = pellet.frame * problem.friction_weight / arc
@@ -404,12 +326,13 @@ def _newton_update(
         corner[Z, F] = -step.pellet_weight * trial.speed_slope
         scalar_right[P] += slope_p * float((trial.gradient * prescribed).sum())
         scalar_right[Z] -= float((drag * prescribed[:, 2]).sum())
-        across = {}
+        across, pushed = {}, {}
         for c, axis in trial.axes.items():
             share = np.where(touching, (axis[None] * normal).sum(axis=1), 0.0)
             along[c] = share[:, None, :] * normal
             across[c] = turn[:, None, :] * (axis[None] - along[c])
-            columns[c] = times(along[c]) + across[c]
+            pushed[c] = times(along[c], band)
+            columns[c] = pushed[c] + across[c]
         for c, axis in trial.axes.items():
             corner[P, c] -= slope_p * float((trial.gradient * along[c]).sum())
             corner[Z, c] += float((drag * along[c][:, 2]).sum())
@@ -422,7 +345,7 @@ def _newton_update(
             multiply_transposed(operator, along[c], padded, transposed)
             rows[row] = factor * (transposed + across[c])
             for d, other in trial.axes.items():
-                corner[row, d] += factor * float((along[c] * times(along[d])).sum())
+                corner[row, d] += factor * float((along[c] * pushed[d]).sum())
                 corner[row, d] -= factor * float((across[c] * other[None]).sum())
             corner[row, P] -= factor * float((along[c] * trial.gradient).sum())
             corner[row, F] -= factor * float((along[c][:, 2] * friction).sum())
@@ -439,8 +362,9 @@ def _newton_update(
     wall_weight = 1.0 / (trial.unit * math.sqrt(m))
     weights = trial.weights
     flat_columns, flat_rows = columns.reshape(count, size), rows.reshape(count, size)
-    amplitude = negligible * trial.unit
-    cleaned = np.stack([solver.solve(column, 0.0).ravel() for column in columns])
+    cleaned = np.zeros((count, size))
+    for c in range(count):
+        cleaned[c] = solver.solve(columns[c], 1e-9 * float(np.linalg.norm(columns[c]))).ravel()
     if solver.singular:
         return None
     schur = corner - flat_rows @ cleaned.T
@@ -465,7 +389,7 @@ def _newton_update(
     def precondition(vector: Floats, scale: float) -> Floats:
         solution = np.empty(size + count)
         field = vector[:size].reshape(n, 3, m) / wall_weight
-        bare = solver.solve(field, amplitude / scale).ravel()
+        bare = solver.solve(field, 0.1 * target / (wall_weight * scale)).ravel()
         solution[size:] = np.linalg.solve(schur, vector[size:] / weights - flat_rows @ bare)
         solution[:size] = bare - solution[size:] @ cleaned
         return solution
@@ -482,7 +406,7 @@ def _newton_update(
         change += prescribed
         for c, field in along.items():
             change += scalar_change[c] * field
-        forces = times(change) + trial.residual - scalar_change[P] * trial.gradient
+        forces = times(change, band) + trial.residual - scalar_change[P] * trial.gradient
         forces[:, 2] -= scalar_change[F] * friction
         density_change = np.where(touching, (normal * forces).sum(axis=1) / h, density_change)
         density_change[[0, -1]] = -trial.density[[0, -1]]

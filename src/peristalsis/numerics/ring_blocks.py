@@ -45,30 +45,29 @@ def pad(field: np.ndarray, padded: np.ndarray) -> None:
 
 
 @compiled
-def ring_centre(field: np.ndarray, i: int) -> tuple[float, float]:
-    """Mean of row i of a field (n, 3, m) across the axis, in the frame of column 0."""
-    m = field.shape[2]
-    along = 0.0
-    across = 0.0
-    for j in range(m):
-        c = math.cos(2.0 * math.pi * j / m)
-        s = math.sin(2.0 * math.pi * j / m)
-        along += c * field[i, 0, j] - s * field[i, 1, j]
-        across += s * field[i, 0, j] + c * field[i, 1, j]
-    return along / m, across / m
-
-
-@compiled
 def add_tether(field: np.ndarray, tether: float, out: np.ndarray) -> None:
-    """Add to inner rows of `out` the ring mean of `field` across the axis times `tether`."""
+    """Add to inner rows of `out` the mean of each row of `field` across the axis times `tether`."""
     m = field.shape[2]
+    c = np.empty(m)
+    s = np.empty(m)
+    for j in range(m):
+        c[j] = math.cos(2.0 * math.pi * j / m)
+        s[j] = math.sin(2.0 * math.pi * j / m)
     for i in range(1, field.shape[0] - 1):
-        along, across = ring_centre(field, i)
+        x = field[i, 0]
+        y = field[i, 1]
+        along = 0.0
+        across = 0.0
         for j in range(m):
-            c = math.cos(2.0 * math.pi * j / m)
-            s = math.sin(2.0 * math.pi * j / m)
-            out[i, 0, j] += tether * (c * along + s * across)
-            out[i, 1, j] += tether * (c * across - s * along)
+            along += c[j] * x[j] - s[j] * y[j]
+            across += s[j] * x[j] + c[j] * y[j]
+        along *= tether / m
+        across *= tether / m
+        x = out[i, 0]
+        y = out[i, 1]
+        for j in range(m):
+            x[j] += c[j] * along + s[j] * across
+            y[j] += c[j] * across - s[j] * along
 
 
 @compiled
@@ -82,44 +81,72 @@ def add_bending(field: np.ndarray, along: float, around: float, out: np.ndarray)
     bent = np.empty(m + 2)
     for i in range(1, n - 1):
         for a in range(3):
+            here = field[i, a]
+            y = out[i, a]
             if along != 0.0:
+                before = field[i - 1, a]
+                after = field[i + 1, a]
+                lower = out[i - 1, a]
+                upper = out[i + 1, a]
                 for j in range(m):
-                    bent[j] = along * (field[i - 1, a, j + 1] - 2.0 * field[i, a, j + 1] + field[i + 1, a, j + 1])
-                for j in range(m):
-                    out[i, a, j] -= 2.0 * bent[j]
+                    value = along * (before[j + 1] - 2.0 * here[j + 1] + after[j + 1])
+                    bent[j] = value
+                    y[j] -= 2.0 * value
                 if i > 1:
                     for j in range(m):
-                        out[i - 1, a, j] += bent[j]
+                        lower[j] += bent[j]
                 if i < n - 2:
                     for j in range(m):
-                        out[i + 1, a, j] += bent[j]
+                        upper[j] += bent[j]
             if around != 0.0:
                 for j in range(m):
-                    bent[j + 1] = around * (field[i, a, j] - 2.0 * field[i, a, j + 1] + field[i, a, j + 2])
+                    bent[j + 1] = around * (here[j] - 2.0 * here[j + 1] + here[j + 2])
                 bent[0] = bent[m]
                 bent[m + 1] = bent[1]
                 for j in range(m):
-                    out[i, a, j] += bent[j] - 2.0 * bent[j + 1] + bent[j + 2]
+                    y[j] += bent[j] - 2.0 * bent[j + 1] + bent[j + 2]
 
 
 @compiled
-def multiply(operator: RingOperator, field: np.ndarray, padded: np.ndarray, out: np.ndarray) -> None:
-    """Operator times `field` (n, 3, m) into `out`; the held rows of both are zero. padded: work (n, 3, m + 2)."""
+def multiply(
+    operator: RingOperator, field: np.ndarray, first: int, last: int, padded: np.ndarray, out: np.ndarray
+) -> None:
+    """Rows first ... last - 1 of the operator times `field` (n, 3, m) into `out`, zero elsewhere.
+
+    The held rows of `field` must be zero. padded: work (n, 3, m + 2). Views of single rows let the loops run in vectors.
+    """
     blocks = operator.blocks
     n = field.shape[0]
     m = field.shape[2]
     pad(field, padded)
     out[:, :, :] = 0.0
-    for i in range(1, n - 1):
+    for i in range(max(first, 1), min(last, n - 1)):
         for a in range(3):
-            for q in range(9):
-                r = i + q // 3 - 1
-                o = q % 3
+            y = out[i, a]
+            for d in range(3):
+                x0 = padded[i + d - 1, 0]
+                x1 = padded[i + d - 1, 1]
+                x2 = padded[i + d - 1, 2]
+                l0 = blocks[i, 3 * d, a, 0]
+                l1 = blocks[i, 3 * d, a, 1]
+                l2 = blocks[i, 3 * d, a, 2]
+                c0 = blocks[i, 3 * d + 1, a, 0]
+                c1 = blocks[i, 3 * d + 1, a, 1]
+                c2 = blocks[i, 3 * d + 1, a, 2]
+                r0 = blocks[i, 3 * d + 2, a, 0]
+                r1 = blocks[i, 3 * d + 2, a, 1]
+                r2 = blocks[i, 3 * d + 2, a, 2]
                 for j in range(m):
-                    out[i, a, j] += (
-                        blocks[i, q, a, 0, j] * padded[r, 0, j + o]
-                        + blocks[i, q, a, 1, j] * padded[r, 1, j + o]
-                        + blocks[i, q, a, 2, j] * padded[r, 2, j + o]
+                    y[j] += (
+                        l0[j] * x0[j]
+                        + l1[j] * x1[j]
+                        + l2[j] * x2[j]
+                        + c0[j] * x0[j + 1]
+                        + c1[j] * x1[j + 1]
+                        + c2[j] * x2[j + 1]
+                        + r0[j] * x0[j + 2]
+                        + r1[j] * x1[j + 2]
+                        + r2[j] * x2[j + 2]
                     )
     add_bending(padded, operator.bend_along, operator.bend_around, out)
     if operator.tether != 0.0:

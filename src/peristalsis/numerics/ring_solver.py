@@ -8,6 +8,7 @@ a ring-uniform operator this is the operator itself. Modes are factored when a r
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -457,22 +458,30 @@ class RingSolver:
         count = m // 2 + 1
         self._modes = Modes(*((np.empty((n, 3, 3, count)), np.empty((n, 3, 3, count))) for _ in range(5)))
         edges = sorted({0, 1, min(FEW, count), count})
-        self._groups = list(zip(edges[:-1], edges[1:], strict=True))
+        self._groups = list(pairwise(edges))
         self._ready = [False] * len(self._groups)
         self.singular = False
 
     def solve(self, field: Floats, negligible: float) -> Floats:
-        """Approximate solution for a right-hand side (n, 3, m); groups of modes with no larger amplitude are zero.
+        """Approximate solution for a right-hand side (n, 3, m); what is negligible of it, by whole groups, is let be.
 
-        negligible: amplitude of a Fourier mode, sum over the columns over their number, of the right-hand side.
+        negligible: Euclidean norm that a group of modes may have in the right-hand side and be taken for zero.
         """
         m = field.shape[2]
-        spectrum = fft.rfft(field, axis=2)
-        wanted = np.abs(spectrum).max(axis=(0, 1)) > negligible * m
+        if not field.any():
+            return np.zeros_like(field)
+        if negligible > 0.0:
+            spectrum = fft.rfft(field, axis=2).reshape(-1, m // 2 + 1)
+            energy = np.einsum("ik,ik->k", spectrum.real, spectrum.real)
+            energy += np.einsum("ik,ik->k", spectrum.imag, spectrum.imag)
+            energy[1 : (m + 1) // 2] *= 2.0
+            wanted = [float(energy[a:b].sum()) > negligible**2 * m for a, b in self._groups]
+        else:
+            wanted = [True] * len(self._groups)
         transformed = fft.rfft(field * self.inverse_scale, axis=2)
         real, imaginary = np.ascontiguousarray(transformed.real), np.ascontiguousarray(transformed.imag)
         for g, (first, last) in enumerate(self._groups):
-            if not wanted[first:last].any():
+            if not wanted[g]:
                 real[:, :, first:last] = 0.0
                 imaginary[:, :, first:last] = 0.0
                 continue

@@ -211,18 +211,23 @@ def add_edge_forces(edges: Edges, residual: np.ndarray) -> None:
     n = residual.shape[0]
     m = residual.shape[2]
     for i in range(n):
+        around = edges.hoop_force[i]
         for a in range(3):
+            y = residual[i, a]
+            upper = edges.upper[i, a]
+            lower = edges.lower[i, a]
             for j in range(m):
-                residual[i, a, j] += (
-                    edges.hoop_force[i, j] * edges.upper[i, a, j]
-                    - edges.hoop_force[i, j + 1] * edges.lower[i, a, j + 1]
-                )
+                y[j] += around[j] * upper[j] - around[j + 1] * lower[j + 1]
             if i > 0:
+                force = edges.axial_force[i - 1]
+                t = edges.axial[i - 1, a]
                 for j in range(m):
-                    residual[i, a, j] += edges.axial_force[i - 1, j + 1] * edges.axial[i - 1, a, j + 1]
+                    y[j] += force[j + 1] * t[j + 1]
             if i < n - 1:
+                force = edges.axial_force[i]
+                t = edges.axial[i, a]
                 for j in range(m):
-                    residual[i, a, j] -= edges.axial_force[i, j + 1] * edges.axial[i, a, j + 1]
+                    y[j] -= force[j + 1] * t[j + 1]
 
 
 @compiled
@@ -230,99 +235,129 @@ def add_edge_tangent(edges: Edges, blocks: np.ndarray) -> None:
     """Add the derivative of `add_edge_forces` by the nodes to the stencil blocks (n, 9, 3, 3, m)."""
     n = blocks.shape[0]
     m = blocks.shape[4]
-    turn_c = math.cos(2.0 * math.pi / m)
-    turn_s = math.sin(2.0 * math.pi / m)
-    own = np.empty((3, m))
-    left = np.empty((3, m))
-    right = np.empty((3, m))
+    stiff = np.empty(m + 2)
+    geometric = np.empty(m + 2)
     for i in range(n):
-        # Edges around: j is lower end of the padded edge j + 1 and upper end of j.
-        for j in range(m):
-            gr = edges.hoop_force[i, j + 1] / edges.hoop_length[i, j + 1]
-            gl = edges.hoop_force[i, j] / edges.hoop_length[i, j]
-            blocks[i, 5, 0, 0, j] -= gr * turn_c
-            blocks[i, 5, 0, 1, j] += gr * turn_s
-            blocks[i, 5, 1, 0, j] -= gr * turn_s
-            blocks[i, 5, 1, 1, j] -= gr * turn_c
-            blocks[i, 5, 2, 2, j] -= gr
-            blocks[i, 3, 0, 0, j] -= gl * turn_c
-            blocks[i, 3, 0, 1, j] -= gl * turn_s
-            blocks[i, 3, 1, 0, j] += gl * turn_s
-            blocks[i, 3, 1, 1, j] -= gl * turn_c
-            blocks[i, 3, 2, 2, j] -= gl
-            blocks[i, 4, 0, 0, j] += gr + gl
-            blocks[i, 4, 1, 1, j] += gr + gl
-            blocks[i, 4, 2, 2, j] += gr + gl
+        for j in range(m + 2):
+            geometric[j] = edges.hoop_force[i, j] / edges.hoop_length[i, j]
+            stiff[j] = edges.hoop_slope[i, j] - geometric[j]
+        _add_turned(geometric, blocks[i, 3], blocks[i, 4], blocks[i, 5])
         for a in range(3):
+            la = edges.lower[i, a]
+            ua = edges.upper[i, a]
             for b in range(3):
+                lb = edges.lower[i, b]
+                ub = edges.upper[i, b]
+                before = blocks[i, 3, a, b]
+                own = blocks[i, 4, a, b]
+                after = blocks[i, 5, a, b]
                 for j in range(m):
-                    sr = edges.hoop_slope[i, j + 1] - edges.hoop_force[i, j + 1] / edges.hoop_length[i, j + 1]
-                    sl = edges.hoop_slope[i, j] - edges.hoop_force[i, j] / edges.hoop_length[i, j]
-                    blocks[i, 4, a, b, j] += (
-                        sr * edges.lower[i, a, j + 1] * edges.lower[i, b, j + 1]
-                        + sl * edges.upper[i, a, j] * edges.upper[i, b, j]
-                    )
-                    blocks[i, 5, a, b, j] -= sr * edges.lower[i, a, j + 1] * edges.upper[i, b, j + 1]
-                    blocks[i, 3, a, b, j] -= sl * edges.upper[i, a, j] * edges.lower[i, b, j]
+                    # Column j is the lower end of the padded edge j + 1 and the upper end of the edge j.
+                    right = stiff[j + 1] * la[j + 1]
+                    left = stiff[j] * ua[j]
+                    own[j] += right * lb[j + 1] + left * ub[j]
+                    after[j] -= right * ub[j + 1]
+                    before[j] -= left * lb[j]
     for e in range(n - 1):
+        for j in range(m + 2):
+            geometric[j] = edges.axial_force[e, j] / edges.axial_length[e, j]
+            stiff[j] = edges.axial_slope[e, j] - geometric[j]
         for a in range(3):
+            ta = edges.axial[e, a]
             for b in range(3):
+                tb = edges.axial[e, b]
                 same = 1.0 if a == b else 0.0
+                own = blocks[e, 4, a, b]
+                other = blocks[e + 1, 4, a, b]
+                up = blocks[e, 7, a, b]
+                down = blocks[e + 1, 1, a, b]
                 for j in range(m):
-                    g = edges.axial_force[e, j + 1] / edges.axial_length[e, j + 1]
-                    s = edges.axial_slope[e, j + 1] - g
-                    value = s * edges.axial[e, a, j + 1] * edges.axial[e, b, j + 1] + g * same
-                    blocks[e, 4, a, b, j] += value
-                    blocks[e + 1, 4, a, b, j] += value
-                    blocks[e, 7, a, b, j] -= value
-                    blocks[e + 1, 1, a, b, j] -= value
-        for end in range(2):
-            # The corners at row i of the edge from row e to e + 1; `to` leads from i to its other end.
-            i = e + end
-            k = e + 1 - end
-            sign = 1.0 if end == 1 else -1.0
-            to = 3 * (k - i)
-            back = -to
-            low = 4 * e + 2 * end
-            # Axial force by the nodes of row i: vectors for columns j, j - 1, j + 1.
-            for a in range(3):
-                for j in range(m):
-                    xl = sign * edges.lc[low, j + 1]
-                    xr = sign * edges.lc[low + 1, j + 1]
-                    own[a, j] = xl * edges.upper[i, a, j] - xr * edges.lower[i, a, j + 1]
-                    left[a, j] = -xl * edges.lower[i, a, j]
-                    right[a, j] = xr * edges.upper[i, a, j + 1]
-            for a in range(3):
-                for b in range(3):
-                    for j in range(m):
-                        t = edges.axial[e, a, j + 1]
-                        blocks[i, 4, a, b, j] += t * own[b, j]
-                        blocks[i, 3, a, b, j] += t * left[b, j]
-                        blocks[i, 5, a, b, j] += t * right[b, j]
-                        blocks[k, 4 + back, a, b, j] -= t * own[b, j]
-                        blocks[k, 3 + back, a, b, j] -= t * left[b, j]
-                        blocks[k, 5 + back, a, b, j] -= t * right[b, j]
-            # Hoop force at row i by the edges along z of columns j, j - 1, j + 1.
-            for a in range(3):
-                for j in range(m):
-                    own[a, j] = sign * (
-                        edges.cl[low, j + 1] * edges.upper[i, a, j]
-                        - edges.cl[low + 1, j + 1] * edges.lower[i, a, j + 1]
-                    )
-                    left[a, j] = sign * edges.cl[low + 1, j] * edges.upper[i, a, j]
-                    right[a, j] = -sign * edges.cl[low, j + 2] * edges.lower[i, a, j + 1]
-            for a in range(3):
-                for b in range(3):
-                    for j in range(m):
-                        value = own[a, j] * edges.axial[e, b, j + 1]
-                        blocks[i, 4, a, b, j] += value
-                        blocks[i, 4 + to, a, b, j] -= value
-                        value = left[a, j] * edges.axial[e, b, j]
-                        blocks[i, 3, a, b, j] += value
-                        blocks[i, 3 + to, a, b, j] -= value
-                        value = right[a, j] * edges.axial[e, b, j + 2]
-                        blocks[i, 5, a, b, j] += value
-                        blocks[i, 5 + to, a, b, j] -= value
+                    value = stiff[j + 1] * ta[j + 1] * tb[j + 1] + geometric[j + 1] * same
+                    own[j] += value
+                    other[j] += value
+                    up[j] -= value
+                    down[j] -= value
+        _add_corners(edges, e, 0, blocks)
+        _add_corners(edges, e, 1, blocks)
+
+
+@compiled
+def _add_turned(geometric: np.ndarray, before: np.ndarray, own: np.ndarray, after: np.ndarray) -> None:
+    """Isotropic stiffness of the edges around a row: minus the turn by one column towards either neighbour."""
+    m = own.shape[2]
+    c = math.cos(2.0 * math.pi / m)
+    s = math.sin(2.0 * math.pi / m)
+    for a in range(3):
+        y = own[a, a]
+        for j in range(m):
+            y[j] += geometric[j] + geometric[j + 1]
+    for j in range(m):
+        left = geometric[j]
+        right = geometric[j + 1]
+        after[0, 0, j] -= right * c
+        after[0, 1, j] += right * s
+        after[1, 0, j] -= right * s
+        after[1, 1, j] -= right * c
+        after[2, 2, j] -= right
+        before[0, 0, j] -= left * c
+        before[0, 1, j] -= left * s
+        before[1, 0, j] += left * s
+        before[1, 1, j] -= left * c
+        before[2, 2, j] -= left
+
+
+@compiled
+def _add_corners(edges: Edges, e: int, end: int, blocks: np.ndarray) -> None:
+    """What edges along z and around do to one another at the corners of row e + end, for the edges from row e."""
+    m = blocks.shape[4]
+    i = e + end
+    k = e + 1 - end
+    sign = 1.0 if end == 1 else -1.0
+    to = 3 * (k - i)
+    ll = edges.lc[4 * e + 2 * end]
+    lr = edges.lc[4 * e + 2 * end + 1]
+    cl = edges.cl[4 * e + 2 * end]
+    cr = edges.cl[4 * e + 2 * end + 1]
+    for a in range(3):
+        ta = edges.axial[e, a]
+        ua = edges.upper[i, a]
+        la = edges.lower[i, a]
+        for b in range(3):
+            tb = edges.axial[e, b]
+            ub = edges.upper[i, b]
+            lb = edges.lower[i, b]
+            near0 = blocks[i, 3, a, b]
+            near1 = blocks[i, 4, a, b]
+            near2 = blocks[i, 5, a, b]
+            # Axial force by the nodes of row i: the same on the other end k, with the opposite sign.
+            far0 = blocks[k, 3 - to, a, b]
+            far1 = blocks[k, 4 - to, a, b]
+            far2 = blocks[k, 5 - to, a, b]
+            for j in range(m):
+                t = sign * ta[j + 1]
+                own = t * (ll[j + 1] * ub[j] - lr[j + 1] * lb[j + 1])
+                left = -t * ll[j + 1] * lb[j]
+                right = t * lr[j + 1] * ub[j + 1]
+                near0[j] += left
+                near1[j] += own
+                near2[j] += right
+                far0[j] -= left
+                far1[j] -= own
+                far2[j] -= right
+            # Hoop force at row i by the edges along z of the columns j - 1, j, j + 1.
+            far0 = blocks[i, 3 + to, a, b]
+            far1 = blocks[i, 4 + to, a, b]
+            far2 = blocks[i, 5 + to, a, b]
+            for j in range(m):
+                own = sign * tb[j + 1] * (cl[j + 1] * ua[j] - cr[j + 1] * la[j + 1])
+                left = sign * tb[j] * cr[j] * ua[j]
+                right = -sign * tb[j + 2] * cl[j + 2] * la[j + 1]
+                near0[j] += left
+                near1[j] += own
+                near2[j] += right
+                far0[j] -= left
+                far1[j] -= own
+                far2[j] -= right
 
 
 @compiled

@@ -158,6 +158,7 @@ def add_shear_tangent(
     # Derivative of the shear by the four nodes of each patch, and the viscous stress over the patch.
     slope = np.empty((4, 3, m))
     force = np.empty(m)
+    shifted_force = np.empty(m)
     row = (0, 0, 1, 1)
     side = (0, 1, 1, 0)
     sign = (1.0, -1.0, 1.0, -1.0)
@@ -183,30 +184,32 @@ def add_shear_tangent(
         for p in range(4):
             for r in range(4):
                 q = 3 * (row[r] - row[p] + 1) + side[r] - side[p] + 1
-                i = e + row[p]
                 o = side[p]
                 for a in range(3):
                     for b in range(3):
-                        # Node p stands in column j + o: rows of the last column wrap around.
+                        # Node p stands in column j + o: that of the last patch wraps around.
+                        y = blocks[e + row[p], q, a, b]
+                        shifted = y[o:m]
+                        left = slope[p, a]
+                        right = slope[r, b]
                         for j in range(m - o):
-                            blocks[i, q, a, b, j + o] += stiff * slope[p, a, j] * slope[r, b, j]
+                            shifted[j] += stiff * left[j] * right[j]
                         if o == 1:
-                            blocks[i, q, a, b, 0] += stiff * slope[p, a, m - 1] * slope[r, b, m - 1]
-        for j in range(m):
-            k = j + 1 if j < m - 1 else 0
-            f = force[j]
-            for p in range(4):
-                o = k if side[p] == 1 else j
-                for a in range(3):
-                    blocks[e + row[p], 4, a, a, o] += sign[p] * f
-            # The other end of the diagonal, turned by one column.
-            for p in range(4):
-                o = k if side[p] == 1 else j
-                t = turn_s if side[p] == 0 else -turn_s
-                q = 3 * (2 if row[p] == 0 else 0) + (2 if side[p] == 0 else 0)
-                g = sign[p] * f
-                blocks[e + row[p], q, 0, 0, o] -= g * turn_c
-                blocks[e + row[p], q, 0, 1, o] += g * t
-                blocks[e + row[p], q, 1, 0, o] -= g * t
-                blocks[e + row[p], q, 1, 1, o] -= g * turn_c
-                blocks[e + row[p], q, 2, 2, o] -= g
+                            y[0] += stiff * left[m - 1] * right[m - 1]
+        for p in range(4):
+            # The node itself and the other end of the diagonal, turned by one column.
+            o = side[p]
+            t = turn_s if o == 0 else -turn_s
+            own = blocks[e + row[p], 4]
+            far = blocks[e + row[p], 3 * (2 if row[p] == 0 else 0) + (2 if o == 0 else 0)]
+            for j in range(m):
+                k = j - o if j >= o else m - 1
+                shifted_force[j] = sign[p] * force[k]
+            for a in range(3):
+                y = own[a, a]
+                for j in range(m):
+                    y[j] += shifted_force[j]
+            for a, b, w in ((0, 0, turn_c), (0, 1, -t), (1, 0, t), (1, 1, turn_c), (2, 2, 1.0)):
+                y = far[a, b]
+                for j in range(m):
+                    y[j] -= w * shifted_force[j]
