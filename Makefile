@@ -1,4 +1,4 @@
-# make demo | test | lint | verify | bench | clean
+# make demo | test | lint | verify | mutants | bench | clean
 #
 # Everything runs in .venv, made once and made again only when pyproject.toml or constraints.txt change.
 # Another interpreter: make demo PYTHON=python3.12
@@ -29,7 +29,7 @@ remake := yes
 endif
 endif
 
-.PHONY: help demo test lint verify bench clean FORCE
+.PHONY: help demo test lint verify mutants bench clean FORCE
 .DELETE_ON_ERROR:
 
 help:
@@ -37,6 +37,7 @@ help:
 	@echo "make test     the quick tests"
 	@echo "make lint     ruff and mypy"
 	@echo "make verify   the quick tests, then the slow verification tier"
+	@echo "make mutants  small errors put into the kernels one at a time: does the suite notice? (hours)"
 	@echo "make bench    the benchmarks"
 	@echo "make clean    remove .venv, caches and builds (results in out/ stay)"
 
@@ -55,6 +56,9 @@ lint: $(READY)
 
 verify: test
 	@$(BIN)/python -m pytest -q -m slow
+
+mutants: $(READY)
+	@cd evidence && ../$(BIN)/python mutants.py
 
 bench: $(READY)
 	@$(BIN)/python benchmarks/run.py

@@ -1,0 +1,234 @@
+"""Small errors put into the kernels one at a time: how many does the suite notice?
+
+`python evidence/mutants.py [--count 220] [--workers 2] [--only FILE]` writes docs/evidence/mutants.md and mutants.csv.
+A mutant is killed when a test of its file's group fails; golden files take no part. The choice is made with a fixed
+seed, in proportion to what there is to change in each file. `make mutants` runs it; under two hours on two cores.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import csv
+import json
+import multiprocessing
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from common import FOLDER, save_text, table
+
+ROOT = Path(__file__).resolve().parents[1]
+SEED = 20260101
+LIMIT = 420.0
+"""A mutant whose tests take longer than this [s] hangs, and counts as noticed."""
+
+UNIT, VERIFICATION = "tests/unit/test_{}.py", "tests/verification/test_{}.py"
+
+
+def group(units: Sequence[str], problems: Sequence[str] = ()) -> tuple[str, ...]:
+    """Test files, quick ones first."""
+    return (*(UNIT.format(name) for name in units), *(VERIFICATION.format(name) for name in problems))
+
+
+WALL = ("wall_problems", "contact_problems", "coupled")
+GROUPS: dict[str, tuple[str, ...]] = {
+    "wall/passive.py": group(["passive", "membrane"], ["wall_problems"]),
+    "wall/active.py": group(["active", "membrane"], ["wall_problems"]),
+    "wall/membrane.py": group(["membrane"], WALL),
+    "pellet/sphere.py": group(["sphere", "contact"], ["contact_problems"]),
+    "pellet/contact.py": group(["contact"], ["contact_problems"]),
+    "pellet/friction.py": (*group(["friction"]), "tests/properties"),
+    "numerics/banded.py": group(["banded", "equilibrium"]),
+    "numerics/blend.py": group(["blend", "membrane"], ["wall_problems"]),
+    "numerics/rates.py": group(["rates"], ["wall_problems"]),
+    "numerics/stabilised.py": group([], ["cable_problems"]),
+    "numerics/transfer.py": group(["transfer", "grid"]),
+    "geometry/tube.py": group(["tube", "membrane"], ["contact_problems"]),
+    "tissue/conduction.py": group(["conduction"], ["cable_problems"]),
+    "tissue/sheet.py": group(["sheet"], ["cable_problems", "cell_problems"]),
+    "tissue/cells/plant.py": group(["plant", "rest"], ["cell_problems"]),
+    "tissue/rest.py": group(["rest"]),
+    "tissue/surface.py": group(["surface_conduction"], ["bidomain_problems"]),
+    "tissue/bidomain.py": group(["bidomain"], ["bidomain_problems"]),
+    "numerics/cylinder.py": group(["bidomain"], ["bidomain_problems"]),
+    "control/pulses.py": group(["pulses"]),
+    "control/sequence.py": group(["sequence"]),
+    "control/reflex.py": group(["reflex"]),
+    "model/equilibrium.py": group(["equilibrium"], WALL),
+    "model/balance.py": group(["balance"], ["coupled"]),
+    "model/fields.py": group(["fields"], ["wall_problems", "contact_problems"]),
+}
+
+SWAPPED = {"hoop": "stretch", "stretch": "hoop", "rate_l": "0.0", "longitudinal": "circumferential"}
+"""Names that stand for one another in a plausible slip."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One change: file, place, what kind, and the text of the changed line before and after."""
+
+    file: str
+    line: int
+    kind: str
+    start: int
+    stop: int
+    new: str
+    before: str
+    after: str
+
+
+def candidates(file: str) -> Iterator[Mutant]:
+    """Every change that the operators below can make in a file."""
+    text = (ROOT / "src" / "peristalsis" / file).read_text(encoding="utf-8")
+    starts = [0]
+    for line in text.splitlines(keepends=True):
+        starts.append(starts[-1] + len(line.encode("utf-8")))
+    source = text.encode("utf-8")
+
+    def place(line: int, column: int) -> int:
+        return starts[line - 1] + column
+
+    def made(kind: str, start: int, stop: int, new: str, line: int) -> Mutant:
+        low, high = starts[line - 1], starts[line]
+        changed = source[low:start] + new.encode() + source[stop:high]
+        return Mutant(file, line, kind, start, stop, new, source[low:high].decode().strip(), changed.decode().strip())
+
+    tree = ast.parse(text)
+    for function in ast.walk(tree):
+        if not isinstance(function, ast.FunctionDef):
+            continue
+        for statement in function.body:
+            for node in ast.walk(statement):
+                yield from _changes(node, source, place, made)
+
+
+def _changes(node, source, place, made) -> Iterator[Mutant]:  # type: ignore[no-untyped-def]
+    if isinstance(node, ast.BinOp | ast.AugAssign):
+        left, right = (node.left, node.right) if isinstance(node, ast.BinOp) else (node.target, node.value)
+        if left.end_lineno != right.lineno:
+            return
+        start, stop = place(left.end_lineno, left.end_col_offset), place(right.lineno, right.col_offset)
+        between = source[start:stop].decode()
+        for old, new, kind in (("+", "-", "sign"), ("-", "+", "sign"), ("/", "*", "ratio"), ("*", "/", "ratio")):
+            if between.count(old) == 1 and "**" not in between and "//" not in between:
+                at = start + between.index(old)
+                yield made(kind, at, at + 1, new, node.lineno)
+                break
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub) and not isinstance(node.operand, ast.Constant):
+        start = place(node.lineno, node.col_offset)
+        yield made("sign", start, start + 1, "", node.lineno)
+    elif isinstance(node, ast.Constant) and isinstance(node.value, float) and node.value not in (0.0,):
+        start, stop = place(node.lineno, node.col_offset), place(node.end_lineno, node.end_col_offset)
+        yield made("factor", start, stop, repr(2.0 * node.value), node.lineno)
+    elif isinstance(node, ast.Compare) and len(node.ops) == 1 and isinstance(node.ops[0], ast.Lt | ast.Gt):
+        start = place(node.left.end_lineno, node.left.end_col_offset)
+        stop = place(node.comparators[0].lineno, node.comparators[0].col_offset)
+        between = source[start:stop].decode()
+        new = between.replace("<", ">") if "<" in between else between.replace(">", "<")
+        yield made("order", start, stop, new, node.lineno)
+    elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id in SWAPPED:
+        start, stop = place(node.lineno, node.col_offset), place(node.end_lineno, node.end_col_offset)
+        yield made("swap", start, stop, SWAPPED[node.id], node.lineno)
+
+
+def chosen(count: int, only: str | None) -> list[Mutant]:
+    """The mutants of a run: the same for the same sources and count."""
+    draw = random.Random(SEED)
+    every = {file: sorted(set(candidates(file)), key=lambda one: (one.start, one.kind)) for file in GROUPS}
+    if only is not None:
+        return every[only]
+    total = sum(len(found) for found in every.values())
+    picked: list[Mutant] = []
+    for found in every.values():
+        share = max(3, round(count * len(found) / total))
+        picked += draw.sample(found, min(share, len(found)))
+    return picked
+
+
+def judged(mutant: Mutant) -> tuple[str, str, float]:
+    """(verdict, what noticed it, seconds) of one mutant."""
+    begin = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="mutant-") as folder:
+        tree = Path(folder)
+        for name in ("src", "tests"):
+            shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copy(ROOT / "pyproject.toml", tree / "pyproject.toml")
+        file = tree / "src" / "peristalsis" / mutant.file
+        source = file.read_bytes()
+        file.write_bytes(source[: mutant.start] + mutant.new.encode() + source[mutant.stop :])
+        environment = os.environ | {
+            "PYTHONPATH": str(tree / "src"),
+            "NUMBA_CACHE_DIR": str(tree / "cache"),
+            "OMP_NUM_THREADS": "1",
+            "MPLBACKEND": "Agg",
+        }
+        for tests in GROUPS[mutant.file]:
+            command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider", tests]
+            left = LIMIT - (time.monotonic() - begin)
+            try:
+                done = subprocess.run(
+                    command, cwd=tree, env=environment, capture_output=True, text=True, timeout=left, check=False
+                )
+            except subprocess.TimeoutExpired:
+                return "killed", f"{tests}: hangs", time.monotonic() - begin
+            if done.returncode not in (0, 5):
+                lines = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+                noticed = lines[0].split(" - ")[0].split(" ", 1)[1] if lines else f"{tests}: does not run"
+                return "killed", noticed, time.monotonic() - begin
+    return "survived", "", time.monotonic() - begin
+
+
+def main() -> None:
+    """Judge the mutants and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=220)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--only")
+    asked = parser.parse_args()
+    mutants = chosen(asked.count, asked.only)
+    excused = json.loads((ROOT / "evidence" / "equivalent_mutants.json").read_text(encoding="utf-8"))
+    rows = []
+    with multiprocessing.get_context("spawn").Pool(asked.workers) as pool:
+        for number, (mutant, found) in enumerate(zip(mutants, pool.imap(judged, mutants), strict=True), start=1):
+            verdict, by, seconds = found
+            reason = excused.get(f"{mutant.file}: {mutant.before} -> {mutant.after}", "")
+            if verdict == "survived" and reason:
+                verdict = "equivalent"
+            rows.append((mutant.file, mutant.line, mutant.kind, mutant.before, mutant.after, verdict, by or reason))
+            print(f"{number}/{len(mutants)} {verdict} {seconds:.0f} s {mutant.file}:{mutant.line}", file=sys.stderr)
+    head = ("file", "line", "kind", "before", "after", "verdict", "noticed by, or why equivalent")
+    with (FOLDER / "mutants.csv").open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream).writerows([head, *rows])
+    kinds = sorted({row[2] for row in rows})
+    counts = []
+    for name in [*GROUPS, "all"]:
+        mine = [row for row in rows if name in ("all", row[0])]
+        if mine:
+            killed = sum(row[5] == "killed" for row in mine)
+            equivalent = sum(row[5] == "equivalent" for row in mine)
+            share = f"{100.0 * killed / max(1, len(mine) - equivalent):.1f} %"
+            by_kind = [sum(row[2] == kind for row in mine) for kind in kinds]
+            counts.append((name, len(mine), killed, equivalent, len(mine) - killed - equivalent, share, *by_kind))
+    text = "# Mutants\n\nMade by `python evidence/mutants.py`; every mutant is listed in mutants.csv.\n\n"
+    text += table(("file", "mutants", "killed", "equivalent", "survived", "killed of the rest", *kinds), counts)
+    left = [row for row in rows if row[5] == "survived"]
+    if left:
+        text += "\n## Survivors\n\n" + table(head[:5], [row[:5] for row in left])
+    same = [row for row in rows if row[5] == "equivalent"]
+    if same:
+        text += "\n## Equivalent\n\n" + table(
+            ("file", "line", "before", "after", "why"), [(*row[:2], *row[3:5], row[6]) for row in same]
+        )
+    save_text("mutants.md", text.replace("|", "|"))
+
+
+if __name__ == "__main__":
+    main()
