@@ -147,14 +147,21 @@ def test_examples_run(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captu
         path.write_bytes(b"GIF89a")
         return path
 
-    def export_csv(result: Result, folder: Path) -> None:
+    def scene(plots: Plots, path: Path, **options: Any) -> Path:
+        path.write_bytes(b"PNG")
+        return path
+
+    def export(result: Result, folder: Path) -> list[Path]:
         folder.mkdir()
+        return [folder]
 
     monkeypatch.setattr(Plots, "save", save)
     monkeypatch.setattr(Plots, "film", film)
     monkeypatch.setattr("peristalsis.cli.paper_command.carry_out_order", lambda order, screen: 0)
     monkeypatch.setattr("peristalsis.cli.verify_command.carry_out_order", lambda order, screen: 0)
-    monkeypatch.setitem(sys.modules, "peristalsis.plots.export", SimpleNamespace(export_csv=export_csv))
+    monkeypatch.setattr(Plots, "scene", scene)
+    writers = SimpleNamespace(export_csv=export, export_vtk=export)
+    monkeypatch.setitem(sys.modules, "peristalsis.plots.export", writers)
     (here / "my.toml").write_text('scenario = "resting"\n[lumen]\npressure = "1 mmHg"\n', encoding="utf-8")
     assert main(["run", "reflex_only"]) == 0
     done = set()
@@ -560,6 +567,7 @@ def test_shown_toml_is_a_valid_file(here: Path, capsys: Capture) -> None:
     assert main(["show", "pendular", "--reading", "printed", "--toml"]) == 0
     Path("my.toml").write_text(capsys.readouterr().out, encoding="utf-8")
     content = answer(["validate", "my.toml"], capsys)
+    assert content.pop("stored_bytes") == pytest.approx(8 * 1002 * (12 * 801 + 4 * 1000), rel=0.02)
     assert content == {
         "scenario": "pendular",
         "reading": "printed",
@@ -614,11 +622,14 @@ def test_film_and_export(runs: Path, here: Path, monkeypatch: pytest.MonkeyPatch
     assert "'a.gif' exists" in capsys.readouterr().err
     assert main([*words, "--overwrite"]) == 0
 
-    def export_csv(result: Result, folder: Path) -> None:
+    def export_csv(result: Result, folder: Path) -> list[Path]:
         folder.mkdir(exist_ok=True)
         (folder / "track.csv").write_text(str(result.summary["steps"]))
+        return [folder / "track.csv"]
 
-    monkeypatch.setitem(sys.modules, "peristalsis.plots.export", SimpleNamespace(export_csv=export_csv))
+    monkeypatch.setitem(
+        sys.modules, "peristalsis.plots.export", SimpleNamespace(export_csv=export_csv, export_vtk=None)
+    )
     capsys.readouterr()
     assert main(["export", str(runs / "first"), "--out", "tables", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["files"] == ["tables/track.csv"]

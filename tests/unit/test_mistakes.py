@@ -119,7 +119,7 @@ MISTAKES = {
     "region in words": setting("regions=the oral end", "not a list of tables", "[[regions]]"),
     "map that is not there": file("[[regions]]\nname='a'\nshape='map'\nquantities='active'\nfile='b.csv'", "'b.csv'"),
     "pacemaker beyond the tube": setting("pacemaker.place=9.9 cm", "use at most 9.7 cm"),
-    "field that is not stored": setting("output.fields=[radius_of_wall]", "'radius_of_wall' is not a field", "all"),
+    "field that is not stored": setting("output.fields=potential", "'potential' is not a field; did you mean"),
     "more fields than memory": Mistake(
         (*RUN, "--set", "grid.n_z_wall=20000", "--set", "grid.n_z=20000", "--set", "output.interval=2 ms"),
         ("output.interval = 0.002 s", "GB", "output.fields"),

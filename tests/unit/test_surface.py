@@ -381,7 +381,7 @@ def test_a_picture_shows_wall_and_pellet(run: ps.Result, tmp_path: Path, columns
     from PIL import Image
 
     result = run if columns == 1 else around(run, columns)
-    with Image.open(result.plot.scene(tmp_path / "scene.png", time=0.1)) as picture:
+    with Image.open(result.plot.scene(tmp_path / "scene.png", time=0.1, colour="radius")) as picture:
         pixels = np.asarray(picture.convert("RGB")).astype(int)
     assert pixels.shape == (scene.SIZE[1], scene.SIZE[0], 3)
     drawn = (pixels.min(axis=2) < 250).any(axis=0)
