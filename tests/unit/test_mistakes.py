@@ -80,7 +80,7 @@ MISTAKES = {
     "tube that cannot hold the pellet": Mistake(
         (*RUN, "--set", "wall.radius=0.3 cm"), ("pellet.radius = 0.9 cm", "0.3 cm", "at most 0.66 cm")
     ),
-    "more than one column": setting("grid.n_theta=4", "axisymmetric", "use 1"),
+    "too few columns": setting("grid.n_theta=2", "axisymmetric", "use 1"),
     "absurd grid": setting("grid.n_z=100000000", "at most 20000"),
     "absurdly long number of cells": Mistake((*RUN, "--set", f"grid.n_z={'9' * 400}"), ("grid.n_z", "20000")),
     "too many steps": Mistake(
@@ -114,7 +114,7 @@ MISTAKES = {
             "--set",
             'regions=[{name = "a", shape = "disc", z = "1 cm", angle = "0 deg", radius = "1 mm", leak = 0}]',
         ),
-        ("regions: a", "grid.n_theta_conduction = 1", "band"),
+        ("regions: a", "grid.n_theta = 1", "band"),
     ),
     "region in words": setting("regions=the oral end", "not a list of tables", "[[regions]]"),
     "map that is not there": file("[[regions]]\nname='a'\nshape='map'\nquantities='active'\nfile='b.csv'", "'b.csv'"),

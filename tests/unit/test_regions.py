@@ -269,7 +269,7 @@ def test_the_command_line_takes_a_list_of_tables() -> None:
         ([BOX | {"active": 0, "angle_to": "350 deg"}], "both 350 deg; for the whole ring use 0 deg and 360 deg"),
         (
             [BOX | {"active": 0}],
-            r"this box varies around the ring, and grid\.n_theta_conduction = 1 is one column; use",
+            r"this box varies around the ring, and grid\.n_theta = 1 is one column; use",
         ),
         ([DISC | {"active": 0}], "this disc varies around the ring"),
         ([DISC | {"active": 0, "radius": "0 mm"}], "radius = 0.0 cm: out of range; give a value of more than 0"),
