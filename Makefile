@@ -36,7 +36,7 @@ help:
 	@echo "make demo     run the baseline experiment and draw its pictures into out/baseline"
 	@echo "make test     the quick tests"
 	@echo "make lint     ruff and mypy"
-	@echo "make verify   the quick tests, then the slow verification tier"
+	@echo "make verify   the quick tests, every exact problem (writes docs/verification), the slow tests"
 	@echo "make mutants  small errors put into the kernels one at a time: does the suite notice? (hours)"
 	@echo "make bench    the benchmarks"
 	@echo "make clean    remove .venv, caches and builds (results in out/ stay)"
@@ -55,7 +55,8 @@ lint: $(READY)
 	$(BIN)/python -m mypy
 
 verify: test
-	@$(BIN)/python -m pytest -q -m slow
+	@$(BIN)/peristalsis verify --full --out docs/verification
+	@$(BIN)/python -m pytest -q -m "slow and not problem"
 
 mutants: $(READY)
 	@cd evidence && ../$(BIN)/python mutants.py

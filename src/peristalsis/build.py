@@ -121,7 +121,7 @@ def cell_constants(c: Configuration, rate: float) -> CellConstants:
 
 
 def diffusivity(c: Configuration, layer: LayerConfiguration) -> float:
-    """Effective diffusivity of a layer along z at stretch 1 [cm^2/s]: M_vs g_i g_o / ((g_i + g_o) C_m), Eq. (11)."""
+    """Diffusivity of a layer along z at stretch 1 [cm^2/s]: M_vs g_i g_o / ((g_i + g_o) C_m), Eqs. (6), (11)."""
     inner, outer = layer.intracellular_axial, layer.extracellular_axial
     series = layer.conductivity_scale * inner * outer / (inner + outer)
     return 1e3 * c.tissue.volume_to_surface * series / c.tissue.capacitance

@@ -24,6 +24,7 @@ CASES = [
 ]
 
 
+@pytest.mark.problem
 @pytest.mark.parametrize("problem", CASES)
 def test_problem(problem: Problem) -> None:
     """Nothing fails; what is not applicable or kept elsewhere says why or where."""

@@ -51,8 +51,9 @@ def verify(
 ) -> Job:
     """Run exact problems with known answers and say which hold.
 
-    Prints id, problem, source, expected, observed, order and verdict; writes one page for each family, results.json
-    and results.csv. The exit code is 1 if a problem failed.
+    Prints id, problem, source, expected, observed, order and verdict; writes a page for each family, the trace of
+    equations to code and tests, what may be concluded, results.json and results.csv. The exit code is 1 if a
+    problem failed.
     """
     if quick and full:
         raise ConfigurationError("--quick and --full are both given; keep one")
@@ -64,6 +65,7 @@ def verify(
 
 def carry_out_order(order: VerifyOrder, screen: Screen) -> int:
     """Run the problems, show and write what came out; the exit code."""
+    from ..verification import credibility, trace
     from ..verification.registry import chosen
     from ..verification.report import COLUMNS, carry_out, counts, tally, write
 
@@ -77,8 +79,10 @@ def carry_out_order(order: VerifyOrder, screen: Screen) -> int:
         "problems": [finding.record() | {"wall_s": round(finding.seconds, 2)} for finding in findings],
     }
     if order.out is not None:
+        tier = "full" if order.full else "named" if order.ids else "quick"
+        more = {"trace.md": trace.page(), "credibility.md": credibility.page(findings, tier)}
         try:
-            files = write(findings, order.out, "full" if order.full else "quick")
+            files = write(findings, order.out, tier, more)
         except OSError as error:
             raise WriteError(
                 f"could not write {spelled(order.out)}: {error.strerror or error}; choose another place with --out"
