@@ -23,7 +23,7 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis import comparing, disk, manifest, scenarios
+from peristalsis import comparing, disk, manifest, scenarios, store
 from peristalsis.cli import main, running
 from peristalsis.cli.commands import EXAMPLES, EXIT_CODES
 from peristalsis.cli.report import number_text
@@ -158,6 +158,7 @@ def test_examples_run(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captu
     monkeypatch.setattr(Plots, "save", save)
     monkeypatch.setattr(Plots, "film", film)
     monkeypatch.setattr("peristalsis.cli.paper_command.carry_out_order", lambda order, screen: 0)
+    monkeypatch.setattr("peristalsis.cli.batching.batch", lambda file, out, workers, screen: 0)
     monkeypatch.setattr("peristalsis.cli.verify_command.carry_out_order", lambda order, screen: 0)
     monkeypatch.setattr(Plots, "scene", scene)
     writers = SimpleNamespace(export_csv=export, export_vtk=export)
@@ -309,7 +310,7 @@ def test_a_run_that_cannot_begin_leaves_nothing(here: Path, monkeypatch: pytest.
 
 
 @contextmanager
-def started(*words: str) -> Iterator[subprocess.Popen[str]]:
+def started(*words: str, duration: str = "20 s") -> Iterator[subprocess.Popen[str]]:
     """A run in a process of its own, once it has made a tenth of its way."""
     command = [
         sys.executable,
@@ -322,7 +323,7 @@ def started(*words: str) -> Iterator[subprocess.Popen[str]]:
         "output.interval=1 s",
         *words,
     ]
-    command[command.index("run.duration=0.05 s")] = "run.duration=20 s"
+    command[command.index("run.duration=0.05 s")] = f"run.duration={duration}"
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
     try:
         assert process.stderr is not None
@@ -345,7 +346,9 @@ def test_a_signal_stops_a_run_and_keeps_its_history(number: signal.Signals, here
     assert 2.0 <= content["simulated_s"] < 20.0
     assert err.splitlines()[-1] == f"{content['error']} (saved in out/baseline)"
     assert "Traceback" not in err
-    assert contents(here / "out/baseline") == NUMBERS  # nobody who stops a run waits for its pictures
+    left = contents(here / "out/baseline")
+    assert left & set(store.CHECKPOINTS)
+    assert left - set(store.CHECKPOINTS) == NUMBERS  # nobody who stops a run waits for its pictures
     assert ps.load("out/baseline").status == "interrupted"
 
 
@@ -358,6 +361,62 @@ def test_a_killed_run_leaves_nothing_that_loads(here: Path) -> None:
             ps.load(folder)
     with pytest.raises(ConfigurationError, match="missing"):
         ps.load("out/baseline")
+
+
+def test_a_killed_run_is_resumed_to_the_same_bits(here: Path, capsys: Capture) -> None:
+    """R1, R2 through the command: kill -9, then --resume; and again, when nothing is left to do."""
+    words = ["run", "baseline", *SET, "--set", "run.stop_when_expelled=false", "--set", "run.checkpoint=0.1 s"]
+    words[words.index("run.duration=0.05 s")] = "run.duration=2 s"
+    with started("--set", "run.stop_when_expelled=false", "--set", "run.checkpoint=0.1 s", duration="2 s") as process:
+        process.kill()
+        process.communicate(timeout=60)
+    assert main([*words, "--set", "output.interval=1 s", "--no-plots", "--resume"]) == 0
+    assert "resumed at t = " in capsys.readouterr().err
+    assert contents(here / "out") == {"baseline"}
+    assert main([*words, "--set", "output.interval=1 s", "--no-plots", "--out", "whole"]) == 0
+    assert ps.load("out/baseline").fingerprint == ps.load("whole").fingerprint
+    capsys.readouterr()
+    assert main([*words, "--set", "output.interval=1 s", "--no-plots", "--resume", "--json"]) == 0
+    said = capsys.readouterr()
+    assert "nothing is left to run" in said.err
+    assert json.loads(said.out)["steps"] == 1000
+
+
+def test_a_diverged_run_is_not_run_a_second_time(here: Path, capsys: Capture) -> None:
+    words = ["run", "baseline", *SET, "--set", "pacemaker.intensity=1000 uA/cm^2", "--no-plots"]
+    assert main(words) == 3
+    assert main([*words, "--resume", "--json"]) == 3
+    said = capsys.readouterr()
+    assert json.loads(said.out)["status"] == "diverged"
+    assert said.err.endswith("(saved in out/baseline)\n")
+
+
+def test_a_result_that_cannot_be_written_leaves_its_checkpoint(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    """R9: the disk fills up at the very end; nothing but the end has to be done again."""
+    words = ["run", "baseline", *SET, "--set", "run.checkpoint=0.02 s", "--no-plots"]
+    with monkeypatch.context() as patched:
+        patched.setattr(Result, "_about", no_space)
+        assert main(words) == 4
+    assert "--resume goes on from it" in capsys.readouterr().err
+    assert main([*words, "--resume"]) == 0
+    assert "resumed at t = 0.04 s" in capsys.readouterr().err
+    assert contents(here / "out") == {"baseline"}
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_soon_and_leaves_a_checkpoint(here: Path) -> None:
+    """R10: fifty interruptions at different moments: at most two seconds, and a checkpoint that is taken up."""
+    for number in range(50):
+        with started("--set", "run.stop_when_expelled=false", "--overwrite") as process:
+            time.sleep(0.02 * number)
+            begin = time.monotonic()
+            process.send_signal(signal.SIGINT)
+            process.communicate(timeout=60)
+            assert process.returncode == 130
+            assert time.monotonic() - begin < 2.0
+        assert ps.Simulation.resume("out/baseline").time >= 2.0
 
 
 def interrupted(*_: object, **__: object) -> None:
