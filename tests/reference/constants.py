@@ -1,4 +1,4 @@
-"""The constants of the model, read from the shipped parameter files by path: data is shared with the package, code is not."""
+"""The constants of the model, read from the shipped parameter files by path: shared data, no shared code."""
 
 from __future__ import annotations
 

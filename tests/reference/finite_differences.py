@@ -1,9 +1,9 @@
 """The algorithm of the source paper's flow chart: explicit finite differences of second order, inertia kept.
 
-Procedures carry the paper's names: EXCLONG and EXCCIRC advance the depolarisation of a layer, BIOSHELL the wall, TRSOLID the
-sphere, OUTPRN keeps results. All steps are Heun's; the wall's is bounded by its dashpot, γ0 Δs²/(2k), so grids are coarse
-or the wall is heavy. Contact is a penalty. Shares no code with the package; see docs/verification/independent.md.
-Run as a program it prints the transit: python finite_differences.py --help.
+Procedures carry the paper's names: EXCLONG and EXCCIRC advance the depolarisation of a layer, BIOSHELL the wall,
+TRSOLID the sphere, OUTPRN keeps results. All steps are Heun's; the wall's is bounded by its dashpot, γ0 Δs²/(2k), so
+grids are coarse or the wall is heavy. Contact is a penalty. Shares no code with the package; see
+docs/verification/independent.md. As a program, from the folder tests: python -m reference.finite_differences --help.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 from scipy.optimize import brentq
 
-from constants import Constants, Layer, load
+from reference.constants import Constants, Layer, load
 
 SAFETY = 0.6  # of the dashpot limit; published tensions raise the viscosity by the stretch over the pellet
 RELAXATION_DENSITY = 0.26  # [mN s^2/cm^3] the initial state is static: any mass and viscosity lead to it
@@ -50,7 +50,7 @@ class Numbers(NamedTuple):
 def exc(
     fields: np.ndarray, spread: np.ndarray, source: np.ndarray, leak: np.ndarray, cell: np.ndarray, out: np.ndarray
 ):
-    """Right sides [1/ms] of one layer's V, h, n, x, c at the grid points; `spread` is d/Δ² between them, sealed ends."""
+    """Right sides [1/ms] of one layer's V, h, n, x, c; `spread` is d/Δ² between the grid points, ends are sealed."""
     kappa, capacitance = cell[0], cell[1]
     g_fast, g_slow, g_k, g_kca, g_cl = cell[2], cell[3], cell[4], cell[5], cell[6]
     v_ca, v_k, v_cl, c_half, c_rate, c_in, c_v, gate, slow = (
@@ -291,7 +291,7 @@ def run(
     wall: int = 100,
     points: int = 2000,
     duration: float = 10.0,
-    penalty: float = 1.0e5,
+    penalty: float = 1.0e6,
     output_step: float = 1.0e-3,
 ) -> Output:
     """The main program: initial state, then steps of `output_step` s in which all procedures are called in turn."""
@@ -412,7 +412,7 @@ def main() -> None:
     parser.add_argument("--wall", type=int, default=100, help="intervals of the wall")
     parser.add_argument("--points", type=int, default=2000, help="intervals of the sheets")
     parser.add_argument("--density", type=float, default=26140.0, help="wall mass per area, mg/cm^2; printed 26140")
-    parser.add_argument("--penalty", type=float, default=1e5, help="contact stiffness, mN/cm^3")
+    parser.add_argument("--penalty", type=float, default=1e6, help="contact stiffness, mN/cm^3")
     parser.add_argument("--output-step", type=float, default=1.0, help="coupling and output, ms")
     parser.add_argument("--duration", type=float, default=10.0, help="s")
     parser.add_argument("--out", help="file for the track (.npz)")

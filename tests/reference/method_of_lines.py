@@ -1,7 +1,7 @@
 """The model by the method of lines: sheets, wall, pellet, trigger and reflex together.
 
 An implementation of docs/equations.md that shares no code with the package; see docs/verification/independent.md.
-Run as a program it prints the transit: python method_of_lines.py --help.
+As a program, from the folder tests: python -m reference.method_of_lines --help.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-import mol_sheets as sheets
-import mol_stepper as stepper
-from constants import Constants, Layer, load
+from reference import mol_sheets as sheets
+from reference import mol_stepper as stepper
+from reference.constants import Constants, Layer, load
 
 
 @dataclass(frozen=True)
@@ -127,6 +127,7 @@ def run(c: Constants, r: Resolution, duration: float = 10.0) -> Track:
     discharged = -np.inf
     history = [(0.0, wall.centre, wall.force, wall.pressure)]
     discharges: list[float] = []
+    latest = (to_faces(long.pull()), to_nodes(circ.pull()))
     expelled = None
     count = round(duration / r.step)
     for index in range(count):
@@ -143,9 +144,9 @@ def run(c: Constants, r: Resolution, duration: float = 10.0) -> Track:
             begin = mark
         shares = np.array([0.0, *nodes_in_step])
         # A step that is cut asks between the stages: linear there.
-        table_l = np.vstack([samples[0][0] if index == 0 else last_l, *(s[0] for s in samples)])
-        table_c = np.vstack([samples[0][1] if index == 0 else last_c, *(s[1] for s in samples)])
-        last_l, last_c = samples[-1]
+        table_l = np.vstack([latest[0], *(s[0] for s in samples)])
+        table_c = np.vstack([latest[1], *(s[1] for s in samples)])
+        latest = samples[-1]
 
         def drives(f, shares=shares, table_l=table_l, table_c=table_c):
             j = min(int(np.searchsorted(shares, f - 1e-12)), len(shares) - 1)

@@ -1,7 +1,7 @@
 """Method of lines, the two sheets: second-order finite volumes, Crank-Nicolson diffusion, explicit kinetics.
 
-Strang's splitting: diffusion over half a step, kinetics over a whole one (explicit midpoint rule on all five variables),
-diffusion over the other half. Rates are evaluated directly. Time in ms, potential in mV.
+Strang's splitting: diffusion over half a step, kinetics over a whole one (explicit midpoint rule on all five
+variables), diffusion over the other half. Rates are evaluated directly. Time in ms, potential in mV.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from scipy.optimize import brentq
 
-from constants import Constants, Layer
+from reference.constants import Constants, Layer
 
 
 class Kinetics(NamedTuple):
@@ -79,7 +79,7 @@ def rest(c: Constants, layer: Layer) -> np.ndarray:
     k = kinetics_of(c, layer)
 
     def steady(v: float) -> np.ndarray:
-        _, h0, n0, x0, c0 = rates(v, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, k)
+        _, h0, n0, x0, _ = rates(v, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, k)
         _, h1, n1, _, _ = rates(v, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, k)
         x = x0 * k.slow_time / k.kappa
         return np.array([v, h0 / (h0 - h1), n0 / (n0 - n1), x, k.calcium_influx * x * (k.calcium_entry - v)])

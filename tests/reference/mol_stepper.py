@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import solve_banded
 
-import mol_wall as wall
-from constants import Constants
+from reference import mol_wall as wall
+from reference.constants import Constants
 
 # R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006: stiffly accurate, so the last stage is the new state.
 TWO = 1.0 - 1.0 / np.sqrt(2.0)
@@ -81,9 +81,15 @@ def pellet_volume(radius: float) -> float:
 
 
 def solve_stage(
-    s: Setting, first: WallState, speed: np.ndarray, base: np.ndarray, base_centre: float, lag: float, faces: np.ndarray,
+    s: Setting,
+    first: WallState,
+    speed: np.ndarray,
+    base: np.ndarray,
+    base_centre: float,
+    lag: float,
+    faces: np.ndarray,
     nodes: np.ndarray,
-) -> tuple[WallState, np.ndarray]:  # fmt: skip
+) -> tuple[WallState, np.ndarray]:
     """One implicit stage: places base + lag * rates in balance, from the guesses `first` and `speed`; the rates too."""
     n = base.shape[0] - 1
     inner = slice(1, n)

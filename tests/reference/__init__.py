@@ -1,0 +1,1 @@
+"""Two implementations of docs/equations.md that share no code with the package, and their agreement with it."""
