@@ -243,7 +243,7 @@ class Output:
     expelled: float | None
     wall_steps: int
     wall_step: float
-    wall_seconds: float
+    wall_seconds: float  # of the processor, in BIOSHELL
     seconds: float
 
 
@@ -286,6 +286,16 @@ def cell_numbers(c: Constants, layer: Layer) -> np.ndarray:
     ])  # fmt: skip
 
 
+def numbers(c: Constants, h: float, penalty: float) -> Numbers:
+    """Wall and sphere as they stand before the sphere is there: pressure and sphere held."""
+    return Numbers(
+        h, c.radius, c.surface_density, c.viscosity, (c.c1, c.c2, c.c3, c.c4, c.c5, c.c6, c.c10),
+        c.longitudinal[:3], c.circular[:3], c.published, (c.blend, c.slope, c.fold_stretch, c.fold_tension),
+        (c.bending, c.bending_viscosity), (c.pressure, 1.0, 0.0), 0.0, penalty,
+        (c.viscous_friction, c.dry_friction), True,
+    )  # fmt: skip
+
+
 def run(
     c: Constants,
     wall: int = 100,
@@ -301,12 +311,7 @@ def run(
     r, z = np.full(wall + 1, c.radius), s.copy()
     vr, vz = np.zeros(wall + 1), np.zeros(wall + 1)
     centre = c.start_gap + c.pellet_radius
-    num = Numbers(
-        h, c.radius, RELAXATION_DENSITY, RELAXATION_VISCOSITY, (c.c1, c.c2, c.c3, c.c4, c.c5, c.c6, c.c10),
-        c.longitudinal[:3], c.circular[:3], c.published, (c.blend, c.slope, c.fold_stretch, c.fold_tension),
-        (c.bending, c.bending_viscosity), (c.pressure, 1.0, 0.0), 0.0, penalty,
-        (c.viscous_friction, c.dry_friction), True,
-    )  # fmt: skip
+    num = numbers(c, h, penalty)._replace(density=RELAXATION_DENSITY, k=RELAXATION_VISCOSITY)
     no_l, no_c = np.zeros(wall), np.zeros(wall + 1)
 
     def relax(num: Numbers, seconds: float) -> None:
@@ -373,11 +378,11 @@ def run(
             advance(fields[i], spread, source[i], leak[i], cells[i], 1e3 * output_step / inner, inner)
         new_l, new_c = mean(pull(0), s), mean(pull(1), bounds)
         before = centre
-        tick = time.perf_counter()
+        tick = time.process_time()
         centre, force, p, q = bioshell(
             r, z, vr, vz, centre, old_l, new_l, old_c, new_c, num, output_step / steps, steps
         )
-        wall_seconds += time.perf_counter() - tick
+        wall_seconds += time.process_time() - tick
         total += steps
         if not np.isfinite(r).all():
             raise FloatingPointError(f"the wall left its bounds at {t:.4f} s")
