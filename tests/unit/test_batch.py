@@ -10,7 +10,6 @@ import signal
 from pathlib import Path
 
 import pytest
-from peristalsis.verification.exact.runs import configured
 
 import peristalsis as ps
 from peristalsis import batches, disk, store
@@ -22,6 +21,7 @@ from peristalsis.environment import code_version
 from peristalsis.errors import ConfigurationError, DivergenceError, InterruptedRun, UnknownKeyError, WriteError
 from peristalsis.plan import MOST_POINTS, Plan, Point, read_plan
 from peristalsis.simulation import Simulation
+from peristalsis.verification.exact.runs import configured
 
 TINY = """
 [changes]

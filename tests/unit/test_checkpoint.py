@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from peristalsis.verification.exact.runs import configured
 
 import peristalsis as ps
 from peristalsis import checkpoint, disk, environment
@@ -23,6 +22,7 @@ from peristalsis.result import CLOCK, Result
 from peristalsis.runner import KeptRun
 from peristalsis.simulation import Simulation
 from peristalsis.store import CHECKPOINTS, Workspace, unfinished
+from peristalsis.verification.exact.runs import configured
 
 COARSE = {"grid.n_z": 60, "grid.n_z_wall": 40, "run.duration": "0.2 s", "output.interval": "20 ms"}
 KINDS: Mapping[str, Mapping[str, object]] = {

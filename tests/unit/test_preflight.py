@@ -8,12 +8,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from peristalsis.verification.exact.runs import configured
 
 from peristalsis import preflight, scenarios
 from peristalsis.build import build
 from peristalsis.config import Configuration
 from peristalsis.simulation import Simulation
+from peristalsis.verification.exact.runs import configured
 
 
 def test_shipped_grids_pass() -> None:

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from faults import FAULTS, FaultyDisk, Killed
-from peristalsis.verification.exact.runs import configured
 
 import peristalsis as ps
 from peristalsis import disk, environment, manifest, store
@@ -24,6 +23,7 @@ from peristalsis.result import Result
 from peristalsis.runner import KeptRun
 from peristalsis.simulation import Simulation
 from peristalsis.store import Workspace, quarantine, read_manifest, recover, verify
+from peristalsis.verification.exact.runs import configured
 
 FIXTURES = Path(__file__).parents[1] / "fixtures"
 TINY = {

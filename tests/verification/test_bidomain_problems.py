@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 import scipy.fft
-from peristalsis.verification.exact.orders import assert_order
-from peristalsis.verification.exact.surface import CIRCULAR, LONGITUDINAL, PathmanathanGray, Surface, apply_surface
 
 from peristalsis.tissue.kernel import KernelProblem, Variant, interstitial_source, kernel_current
 from peristalsis.tissue.surface import Conductivities, SurfaceSizes
+from peristalsis.verification.exact.orders import assert_order
+from peristalsis.verification.exact.surface import CIRCULAR, LONGITUDINAL, PathmanathanGray, Surface, apply_surface
 
 OBLIQUE = [(1, 1), (3, 2), (0, 5), (7, 0), (11, 9), (20, 16)]
 

@@ -91,8 +91,8 @@ def check(regions: Iterable[Region], length: float, radius: float, columns: int)
         problem = region.shape.problem(length, radius)
         if problem is None and columns == 1 and region.shape.varies_around():
             problem = (
-                f"this {region.shape.NAME} varies around the ring, and grid.n_theta = 1 is one column; use more columns, "
-                "such as grid.n_theta = 16, or a shape that does not vary, such as band"
+                f"this {region.shape.NAME} varies around the ring, and grid.n_theta = 1 is one column; use more "
+                "columns, such as grid.n_theta = 16, or a shape that does not vary, such as band"
             )
         if problem is not None:
             raise ConfigurationError(f"regions: {region.name}: {problem}")
