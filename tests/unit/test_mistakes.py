@@ -189,7 +189,7 @@ MISTAKES = {
     "unknown scenario to cite": Mistake(("cite", "basline"), ("'basline'", "did you mean baseline?")),
     "folder that is no run": Mistake(("cite", "photos"), ("config.toml", "No such file"), 2, {"photos/a": "a"}),
     "nothing to plot": Mistake(("plot", "out/none"), ("'out/none'", "result.nc is missing")),
-    "broken result": Mistake(("plot", "out/old"), ("result.nc", "not a whole result"), 2, STORED),
+    "broken result": Mistake(("plot", "out/old"), ("'out/old'", "not a whole result", "--quarantine"), 2, STORED),
     "unknown format": Mistake(("plot", "out/old", "--format", "pgn"), ("'pgn'", "png, svg, pdf", "did you mean png?")),
     "nothing to film": Mistake(("film", "out/none"), ("'out/none'", "result.nc is missing")),
     "unknown film": Mistake(("film", "out/old", "--out", "a.doc"), ("'a.doc'", ".gif or .mp4")),
@@ -269,7 +269,8 @@ def test_with_json_a_mistake_is_one_object(mistake: Mistake, ran: Ran) -> None:
     out, err = ran(mistake, ("--json",))
     content = json.loads(out)
     assert set(content) == {"scenario", "status", "error"}
-    assert content["status"] == {2: "invalid", 4: "write_failed"}[mistake.code]
+    damaged = "not a whole result" in content["error"]
+    assert content["status"] == ("damaged" if damaged else {2: "invalid", 4: "write_failed"}[mistake.code])
     assert err == f"error: {content['error']}\n"
 
 
