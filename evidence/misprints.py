@@ -21,6 +21,7 @@ QUICK = (
     "tests/unit/test_friction.py",
     "tests/unit/test_parameters.py",
     "tests/unit/test_units.py",
+    "tests/verification/test_problems.py",
     "tests/verification/test_wall_problems.py",
     "tests/verification/test_contact_problems.py",
     "tests/properties",

@@ -1,5 +1,4 @@
-"""Settings shared by all tests. Importing this file also puts `tests` on the path: exact problems and short runs
-live in `peristalsis.verification.exact` and are imported from there."""
+"""Settings shared by all tests. Exact problems and short runs are those of `peristalsis.verification`."""
 
 from hypothesis import settings
 
