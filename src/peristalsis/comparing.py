@@ -54,6 +54,7 @@ NUMBERS = (
     Number("min_diameter_cm", "smallest inner diameter", "cm", "mm", 10.0),
     Number("simulated_s", "simulated time", "s"),
     Number("power_residual", "work left over, of all work", "1", decisive=False),
+    Number("momentum_residual", "axial force left over, of the largest", "1", decisive=False),
     Number("steps", "steps of the wall", "1", decisive=False),
     Number("solver_wall_s", "time in the solver", "s", decisive=False),
     Number("compile_wall_s", "time to compile", "s", decisive=False),

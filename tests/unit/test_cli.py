@@ -32,6 +32,7 @@ from peristalsis.cli.streams import ForgivingStream, RunProgress, Screen, spelle
 from peristalsis.errors import ConfigurationError, DivergenceError
 from peristalsis.plots import Plots
 from peristalsis.result import Result
+from peristalsis.runner import KeptRun
 from peristalsis.store import CONFIGURATION_FILE, RESULT_FILE, SUMMARY_FILE
 
 TINY = {"grid.n_z": "300", "grid.n_z_wall": "100", "run.duration": "0.05 s"}
@@ -211,8 +212,8 @@ def test_json_is_one_object_and_that_of_the_summary_file(here: Path, capsys: Cap
 def test_a_file_its_reading_and_changes_reach_the_run(here: Path, at_once: Result, monkeypatch: Any) -> None:
     seen = []
 
-    def simulate(given: ps.Configuration, screen: Screen) -> tuple[Result, None]:
-        seen.append(given)
+    def simulate(given: KeptRun, screen: Screen) -> tuple[Result, None]:
+        seen.append(given.configuration)
         return at_once, None
 
     monkeypatch.setattr(running, "_simulate", simulate)
