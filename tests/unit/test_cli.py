@@ -90,16 +90,16 @@ def test_help_loads_nothing_heavy_and_is_quick() -> None:
     program = (
         "import sys; from peristalsis.cli import main; code = main(['--help']);"
         "heavy = {'numpy', 'numba', 'matplotlib', 'xarray', 'pint', 'scipy', 'h5py', 'peristalsis.config'};"
-        "print(sorted(heavy & set(sys.modules)), code)"
+        "import time; print(sorted(heavy & set(sys.modules)), code, time.process_time())"
     )
     seconds = []
-    for _ in range(3):  # the quickest of three: the machine may be busy
-        begin = time.perf_counter()
+    for _ in range(3):  # of the processor, and the quickest of three: the machine may be busy
         done = subprocess.run(
             [sys.executable, "-c", program], capture_output=True, text=True, check=True, env=ENVIRONMENT
         )
-        seconds.append(time.perf_counter() - begin)
-    assert done.stdout.splitlines()[-1] == "[] 0"
+        *said, spent = done.stdout.splitlines()[-1].split()
+        seconds.append(float(spent))
+        assert said == ["[]", "0"]
     assert min(seconds) < 0.5
 
 
