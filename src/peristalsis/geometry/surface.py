@@ -101,8 +101,8 @@ def surface_volume(padded: np.ndarray) -> float:
 def volume_gradient(padded: np.ndarray, scale: float, gradient: np.ndarray) -> None:
     """scale * dV/dx of the inner nodes into `gradient` (n, 3, m); zero in the end rows.
 
-    The eight neighbours of a node, relative to it, are p_0 ... p_7 around it. With odd k at the corners of its patches,
-    dV/dx = 1/12 sum over patches (b x c + c x d + b x d) for the neighbours b, c, d of each patch in turn.
+    With b, c, d the other nodes of a patch in turn, relative to the node, dV/dx = 1/12 sum over its four patches of
+    b x c + c x d + b x d.
     """
     n = padded.shape[0]
     m = padded.shape[2] - 2

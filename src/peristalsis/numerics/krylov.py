@@ -55,7 +55,7 @@ def flexible_gmres(
         column = hessenberg[:, k]
         column[: k + 1] = weights + again
         column[k + 1] = np.linalg.norm(image)
-        ended = column[k + 1] <= 1e-14 * start
+        ended = bool(column[k + 1] <= 1e-14 * start)
         if not ended:
             basis[k + 1] = image / column[k + 1]
         for q in range(k):
@@ -72,5 +72,5 @@ def flexible_gmres(
         used = k + 1
         if abs(rotated[k + 1]) <= target or ended:
             break
-    weights = np.linalg.solve(np.triu(hessenberg[:used, :used]), rotated[:used]) if used else np.zeros(0)
-    return KrylovSolution(weights @ spanned[:used], float(abs(rotated[used])), used)
+    shares = np.linalg.solve(np.triu(hessenberg[:used, :used]), rotated[:used]) if used else np.zeros(0)
+    return KrylovSolution(shares @ spanned[:used], float(abs(rotated[used])), used)

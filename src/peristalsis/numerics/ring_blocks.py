@@ -1,10 +1,11 @@
 """Fields on a tube of n rows and m columns, and operators of 3x3 blocks on its 9-point stencil.
 
 Every column has a frame of its own, turned by 2 pi/m against the one before: x outward, y around, z along. A field
-that is uniform around the ring is then the same numbers in each column, and an operator made from it is block-circulant:
-its Fourier transform around the ring is one block matrix along z for each mode.
+that is uniform around the ring is then the same numbers in each column, and an operator made from it is
+block-circulant: its Fourier transform around the ring is one block matrix along z for each mode.
 
-Fields have shape (n, 3, m); *padded* fields (n, 3, m + 2) hold column j at j + 1 and repeat the neighbours at both ends.
+Fields have shape (n, 3, m); *padded* fields (n, 3, m + 2) hold column j at j + 1 and repeat the neighbours at the
+two ends.
 """
 
 from __future__ import annotations
@@ -72,9 +73,9 @@ def add_tether(field: np.ndarray, tether: float, out: np.ndarray) -> None:
 
 @compiled
 def add_bending(field: np.ndarray, along: float, around: float, out: np.ndarray) -> None:
-    """Add the gradient of along/2 |second z-difference|^2 + around/2 |second theta-difference|^2 to inner rows of `out`.
+    """Add the gradient of along/2 |second z-difference|^2 + around/2 |second theta-difference|^2 to `out`.
 
-    field: padded (n, 3, m + 2); out: (n, 3, m). Differences along z are centred at inner rows and reach the held ones.
+    field: padded (n, 3, m + 2); out: (n, 3, m), inner rows. Differences along z are centred at inner rows and reach the held ones.
     """
     n = field.shape[0]
     m = field.shape[2] - 2
@@ -113,7 +114,7 @@ def multiply(
 ) -> None:
     """Rows first ... last - 1 of the operator times `field` (n, 3, m) into `out`, zero elsewhere.
 
-    The held rows of `field` must be zero. padded: work (n, 3, m + 2). Views of single rows let the loops run in vectors.
+    The held rows of `field` must be zero. padded: work (n, 3, m + 2). Views of single rows let loops run in vectors.
     """
     blocks = operator.blocks
     n = field.shape[0]

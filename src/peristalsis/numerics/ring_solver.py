@@ -83,7 +83,7 @@ def add_normal(constraint: Constraint, stiffness: np.ndarray, field: np.ndarray,
 
 @compiled
 def scale_of_nodes(operator: RingOperator, constraint: Constraint, inverse: np.ndarray, stiffness: np.ndarray) -> None:
-    """1/root of the diagonal of the constrained operator into `inverse` (n, 3, m); stiffness given to held normals (n, m)."""
+    """1/root of the constrained operator's diagonal into `inverse` (n, 3, m); `stiffness` (n, m) of held normals."""
     blocks = operator.blocks
     n = inverse.shape[0]
     m = inverse.shape[2]
@@ -100,7 +100,7 @@ def scale_of_nodes(operator: RingOperator, constraint: Constraint, inverse: np.n
             mean = (abs(block[0, 0]) + abs(block[1, 1]) + abs(block[2, 2])) / 3.0
             stiffness[i, j] = mean
             if constraint.held[i, j]:
-                _constrain(block, constraint.normal, i, j, constraint.normal, i, j, True, True)
+                constrain(block, constraint.normal, i, j, constraint.normal, i, j, True, True)
                 for a in range(3):
                     block[a, a] += mean * constraint.normal[i, a, j] ** 2
             for a in range(3):
@@ -108,7 +108,7 @@ def scale_of_nodes(operator: RingOperator, constraint: Constraint, inverse: np.n
 
 
 @compiled
-def _constrain(
+def constrain(
     block: np.ndarray,
     left: np.ndarray,
     i: int,
@@ -179,7 +179,7 @@ def average_around(
                     for b in range(3):
                         block[a, b] = blocks[i, q, a, b, j]
                     block[a, a] += extra
-                _constrain(
+                constrain(
                     block,
                     constraint.normal,
                     i,
@@ -206,7 +206,7 @@ def average_around(
                 block[:, :] = 0.0
                 for a in range(3):
                     block[a, a] = weight
-                _constrain(
+                constrain(
                     block,
                     constraint.normal,
                     i,

@@ -1,4 +1,4 @@
-"""Contact of the wall on the whole surface with the pellet, Eqs. (12) and (28), node by node in the frames of columns."""
+"""Contact of the wall on the whole surface with the pellet, Eqs. (12) and (28), in the frames of the columns."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def measure_contact(
 ) -> None:
     """Gap [cm] (n, m), normal from pellet to wall (n, 3, m) and touching nodes for a sphere centred at (x, y, z).
 
-    places: nodes (n, 3, m); x, y: in the frame of column 0. `rows` (n,) tells where any node touches. End rows never touch.
+    places: nodes (n, 3, m); x, y: in the frame of column 0. `rows` (n,) tells where any node touches: no end row does.
     """
     n = places.shape[0]
     m = places.shape[2]

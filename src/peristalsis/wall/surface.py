@@ -24,8 +24,8 @@ class Edges(NamedTuple):
 
     Along z (n - 1, ..., m + 2): stretch, length [cm], unit vector in the column's frame; axial force [mN/cm] with its
     slope by the length [mN/cm^2]. Around (n, ..., m + 2): hoop (the stretch), its length, the unit vector in the frames
-    of its lower and upper column, force and slope. lc, cl: slopes of the axial force by the hoop's length and the reverse
-    at the four corners 4e + 2*(end of the edge along z) + (0 for the edge j - 1, 1 for j), (4(n - 1), m + 2).
+    of its lower and upper column, force and slope. lc, cl: slopes of the axial force by the hoop's length and the
+    reverse at the four corners 4e + 2*(end of the edge along z) + (0 for the edge j - 1, 1 for j), (4(n - 1), m + 2).
     """
 
     stretch: np.ndarray

@@ -53,8 +53,8 @@ def add_regulariser_forces(
 ) -> None:
     """Add bending, shear viscosity and foundation to `residual` (n, 3, m) [mN/cm].
 
-    padded, places: nodes, padded and not; moved: padded difference from the history, velocity over rate_slope. shear_history:
-    of the patches' shear, (n - 1, m), as `patch_shear` gives it.
+    padded, places: nodes, padded and not; moved: padded difference from the history, velocity over rate_slope.
+    shear_history: of the patches' shear, (n - 1, m), as `patch_shear` gives it.
     """
     m = residual.shape[2]
     arc = 2.0 * math.pi * c.radius / m
