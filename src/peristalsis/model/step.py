@@ -175,7 +175,7 @@ def _advance_layer(
 
 
 def _surface_operator(model: Model, layer: Layer, stretch: Stretches) -> SurfaceOperator:
-    """Conduction of a layer on the wall of the middle of the step; what varies from place to place divides a stretch."""
+    """Conduction of a layer on the wall of the middle of the step; what varies from place to place divides stretch."""
     grid = model.grid
     return surface_operator(
         layer.diffusivity,

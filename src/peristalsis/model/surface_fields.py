@@ -1,4 +1,4 @@
-"""Fields derived from a wall on the whole surface; the counterparts for one column are in `fields` and `contact_summary`.
+"""Fields derived from a wall on the whole surface; those for one column are in `fields` and `contact_summary`.
 
 Nodes are in the frames of their columns (`geometry.surface`). The edge around the ring at index j leads from column j
 to j + 1; what belongs to a node is the mean over its edges.

@@ -203,7 +203,8 @@ class ColumnSolver:
 
     def __init__(self, operator: RingOperator, constraint: Constraint, stiffness: Floats) -> None:
         n, m = constraint.held.shape
-        self._parts = tuple(np.zeros((n, 3, 3, m)) for _ in range(5))
+        shape = (n, 3, 3, m)
+        self._parts = (np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape))
         self._wide = operator.bend_along != 0.0
         fill_columns(operator, constraint, stiffness, *self._parts)
         self.singular = not factor_columns(*self._parts, self._wide)
