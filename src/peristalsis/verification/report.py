@@ -125,7 +125,8 @@ def _index(findings: Sequence[Finding], tier: str) -> str:
         f"Exact problems with known answers, {tier} tier: {tally(findings)}. "
         "Made by `peristalsis verify`; do not edit.",
         "Verdicts follow from the checks of a problem, all listed on the page of its family, with what is accepted. "
-        "Orders are gated from both sides (±0.1) on four levels or more. *not applicable* carries its reason. "
+        "Orders are gated from both sides on four levels or more, within ±0.1 (±0.2 in C4s and for the damping in M14; "
+        "X1 and X5 state a least order). *not applicable* carries its reason. "
         "The same problems are tests: `make test` runs the quick tier, `make verify` both.",
         "[Which test shows which equation](trace.md) · [What may be concluded](credibility.md) · "
         f"[An independent implementation]({INDEPENDENT}) · [results.json](results.json) · [results.csv](results.csv)",
