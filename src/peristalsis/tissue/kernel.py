@@ -42,7 +42,7 @@ class KernelProblem(NamedTuple):
 
     @property
     def anisotropy(self) -> float:
-        """d of Eqs. (7) and (8), from the ratios (9)."""
+        """d of Eqs. (7) and (8), from the ratios of Eq. (9)."""
         g = self.conductivities
         around, axial = g.outer_around / g.inner_around, g.outer_axial / g.inner_axial
         return (around - axial) / ((1.0 + around) * (1.0 + axial))

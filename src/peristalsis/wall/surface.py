@@ -1,6 +1,6 @@
 """Internal forces of the wall on the whole surface and their tangent, Eq. (1) with (2)-(5), (14), (15), (35), (36).
 
-Bilinear patches with corner quadrature along edges, Eq. (37): the longitudinal stretch belongs to the edges along z,
+Bilinear patches with corner quadrature along edges, Eq. (41): the longitudinal stretch belongs to the edges along z,
 the circumferential one to those around the ring, and each corner of a patch joins one of either kind. Nodes are padded
 fields in the frames of their columns (`numerics.ring_blocks`). The edge around the ring from column j to j + 1 has
 the index j; in padded arrays column or edge j stands at j + 1. Forces are per arc 2 pi r0/m between columns, [mN/cm],

@@ -1,4 +1,4 @@
-"""What keeps the wall on the whole surface regular, Eqs. (16), (38), (39): small, stated, and zero where it must be.
+"""What keeps the wall on the whole surface regular, Eqs. (16), (42), (43): small, stated, and zero where it must be.
 
 Bending along z is that of the axisymmetric wall. Added on the surface: bending around the ring and a shear viscosity,
 both zero for ring-uniform motion without twist, and a weak foundation (the mesentery) that holds the centres of rings.
@@ -34,7 +34,7 @@ def bending_along(c: WallConstants, rate_slope: float) -> float:
 
 @compiled
 def bending_around(c: WallConstants, s: SurfaceConstants, rate_slope: float, columns: int) -> float:
-    """Weight of squared second differences around the ring [mN/cm^2], per arc, Eq. (38)."""
+    """Weight of squared second differences around the ring [mN/cm^2], per arc, Eq. (42)."""
     arc = 2.0 * math.pi * c.radius / columns
     factor = s.bending_stiffness_around + s.bending_viscosity_around * rate_slope
     return factor * c.element_size / arc**4
