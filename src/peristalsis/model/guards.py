@@ -14,6 +14,7 @@ from .fields import stretch_of_elements
 from .model import Model
 from .state import SheetState, State
 from .step import StepReport, advance
+from .surface_fields import surface_stretches
 
 Floats = NDArray[np.float64]
 
@@ -105,7 +106,13 @@ def _wall(model: Model, state: State) -> str | None:
     bad = _outside(wall.position[:, :, 0], SMALLEST_STRETCH * model.wall.radius, infinite, nodes)
     if bad is not None:
         return f"wall radius {bad} cm"
-    stretch = stretch_of_elements(wall.position, model.wall.element_size)
+    if model.grid.is_surface:
+        try:  # of the edges: a wall that is pulled sideways is longer than rho and zeta show
+            stretch = surface_stretches(wall.position, model.wall).axial
+        except ValueError as error:
+            return str(error)
+    else:
+        stretch = stretch_of_elements(wall.position, model.wall.element_size)
     bad = _outside(stretch, SMALLEST_STRETCH, LARGEST_STRETCH, nodes)
     return None if bad is None else f"longitudinal stretch {bad}"
 
