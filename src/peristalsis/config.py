@@ -38,6 +38,7 @@ LAYERS = ("longitudinal", "circular")
 
 LARGEST_TEXT = 512 * 1024  # bytes of a configuration file, which may hold maps
 LONGEST_LIST = 1000
+MOST_PROTOCOLS = 50
 
 # A key of thousands of parts takes the TOML reader minutes. Each part is matched once, so this takes no time itself.
 _PART = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
@@ -328,7 +329,7 @@ class Configuration(BaseModel):
     reading: str = Field(default="tight", description="which reading of the paper supplies its doubtful numbers")
     scenario: str = Field(default="baseline", pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$", description="name of the run")
     protocols: tuple[str, ...] = Field(
-        default=(), max_length=50, description="inputs that change in time, one line of text each"
+        default=(), max_length=MOST_PROTOCOLS, description="inputs that change in time, one line of text each"
     )
     regions: tuple[Region, ...] = Field(default=(), description="parts of the wall whose tissue differs")
     pellet: Pellet = Field(default_factory=Pellet)
@@ -431,7 +432,7 @@ class Configuration(BaseModel):
         if not isinstance(lines, list | tuple):
             raise ValueError("not a list of protocols, each one line of text")
         numbers = _numbers()
-        read = [parse_protocol(line, numbers) for line in lines]
+        read = [parse_protocol(line, numbers) for line in lines[: MOST_PROTOCOLS + 1]]  # more are refused unread
         return tuple(protocol.text(numbers[protocol.parameter]) for protocol in read)
 
     @field_validator("regions", mode="before")

@@ -107,6 +107,8 @@ def parse(text: object, numbers: dict[str, str]) -> Protocol:
         raise ConfigurationError(f"protocols: {key} cannot change during a run; {suggestion(key, known)}")
     if shape not in SHAPES:
         raise ConfigurationError(f"protocols: {shown(shape)} is not one of {', '.join(SHAPES)}; {_EXAMPLE}")
+    if body.count(",") >= MOST_KNOTS:  # before each is read
+        raise ConfigurationError(f"protocols: {key} has more than {MOST_KNOTS} values; thin them out")
     if shape == "table":
         knots = _read_table(Path(body.strip()), key, numbers[key])
     else:

@@ -214,7 +214,7 @@ def load(folder: str | os.PathLike[str]) -> Result:
     try:
         return _decoded(image, checked=found is not None)
     except (OSError, ValueError, KeyError, TypeError, RuntimeError) as error:
-        raise damaged(place, " ".join(str(error).split())[:120]) from None
+        raise damaged(place, f"{RESULT_FILE}: {' '.join(str(error).split())[:120]}") from None
 
 
 def _without_manifest(place: Path) -> bytes:

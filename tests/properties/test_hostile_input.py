@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from peristalsis import scenarios
+from peristalsis import consistency, scenarios
 from peristalsis.cli import main
 from peristalsis.config import FIELDS, KEYS, LARGEST_TEXT, Configuration
 from peristalsis.errors import ConfigurationError
@@ -87,7 +87,7 @@ BOMBS = {
     "1e9 nodes": {"grid.n_z": 10**9},
     "nodes by columns": {"grid.n_z": 20_000, "grid.n_theta": 4096, "grid.n_theta_conduction": 4096},
     "1e12 steps": {"run.duration": "1e5 s", "step.conduction": "1e-4 ms", "step.wall": "1e-4 ms"},
-    "huge output": {"run.duration": "1e5 s", "output.interval": "1 ms", "step.wall": "1 ms"},
+    "huge output": {"run.duration": "1e4 s", "output.interval": "1 ms", "step.wall": "1 ms"},
     "huge number": {"pellet.radius": "9" * 100_000 + " cm"},
     "huge integer": {"grid.n_z": 10**100_000},
     "many probes": {"output.probes": ["1 cm"] * 100_000},
@@ -95,6 +95,20 @@ BOMBS = {
     "long protocol": {"protocols": ["lumen.pressure: step " + ", ".join(f"0.1 kPa at {k} s" for k in range(20_000))]},
     "many pulses": {"pacemaker.kind": "periodic", "pacemaker.count": 10**12},
 }
+
+
+def test_both_grids_count_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(consistency, "LARGEST_GRID", 1000)
+    with pytest.raises(ConfigurationError, match="1800 nodes"):
+        Configuration()
+
+
+@pytest.mark.parametrize(
+    "changes", [{"protocols": 5}, {"protocols": ["x"] * 51}, {"output.probes": 5}, {"pellet.radius": []}]
+)
+def test_things_of_another_kind(changes: dict[str, Any]) -> None:
+    with pytest.raises(ConfigurationError, match=next(iter(changes))):
+        Configuration.from_mapping(changes)
 
 
 @pytest.mark.parametrize("bomb", BOMBS)

@@ -145,6 +145,12 @@ def test_observers_of_plain_data_go_on(tmp_path: Path) -> None:
         Simulation.resume(tmp_path, observers=(Highest(), Highest()))
 
 
+def test_no_recorder_of_the_package_is_left_out() -> None:
+    """One that could not be packed would begin anew unseen."""
+    run = Simulation(coarse())
+    assert len(run._kept_observers()) == len(run._observers) == 6
+
+
 def test_a_run_that_had_stopped_stays_stopped(tmp_path: Path) -> None:
     run = Simulation(coarse(), observers=(Highest(),))
     run.run()
@@ -401,7 +407,14 @@ def test_every_kind_comes_back_to_the_bit() -> None:
     assert pack({"it": (back, Everything)}) == pack({"it": (value, Everything)})
 
 
-@pytest.mark.parametrize("kind", [object, list, dict[int, float], float | int, tuple[object, ...], "Missing"])
+@dataclass(frozen=True)
+class Lost:
+    """Its type is named and nowhere to be found."""
+
+    number: Nowhere  # type: ignore[name-defined]  # noqa: F821
+
+
+@pytest.mark.parametrize("kind", [object, list, dict[int, float], float | int, tuple[object, ...], "Missing", Lost])
 def test_other_kinds_are_refused(kind: object) -> None:
     assert not packable(kind)
     with pytest.raises(TypeError):
@@ -412,8 +425,17 @@ def test_objects_are_never_packed_and_never_made() -> None:
     """S4: no array of objects goes in; types come from the reader alone."""
     with pytest.raises(TypeError, match="objects"):
         pack({"it": (np.array([object()]), np.ndarray)})
-    content = pack({"it": (1.0, float), "text": ("x", str), "pair": ((1, "a"), tuple[int, str])})
-    for hints in ({"other": float}, {"it": int}, {"text": int}, {"text": Everything}, {"pair": tuple[int, str, int]}):
+    content = pack(
+        {"it": (1.0, float), "text": ("x", str), "pair": ((1, "a"), tuple[int, str]), "point": (Highest(), Highest)}
+    )
+    for hints in (
+        {"point": Everything},
+        {"other": float},
+        {"it": int},
+        {"text": int},
+        {"text": Everything},
+        {"pair": tuple[int, str, int]},
+    ):
         with pytest.raises(ValueError):  # noqa: PT011
             unpack(content, hints)
 

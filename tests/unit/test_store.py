@@ -182,7 +182,7 @@ def test_every_operation_may_fail(fault: str, before: bool, tmp_path: Path, monk
 
 @pytest.mark.parametrize(
     ("fault", "every"),
-    [("power", 9), *(pytest.param(fault, 1, marks=pytest.mark.slow) for fault in FAULTS)],
+    [("power", 9), *(pytest.param(fault, 3, marks=pytest.mark.slow) for fault in FAULTS)],
 )
 def test_any_operation_of_a_run_may_fail_and_it_is_resumed_to_the_same_bits(
     fault: str, every: int, new: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -301,6 +301,34 @@ def test_a_disk_that_cannot_synchronise_folders_is_no_failure(tmp_path: Path, mo
 
     monkeypatch.setattr(disk.os, "fsync", refused)
     assert verify(small(tmp_path / "run")).status == "finished"
+
+
+def test_a_file_that_cannot_be_synchronised_is_a_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(descriptor: int) -> None:
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(disk.os, "fsync", refused)
+    with pytest.raises(WriteError, match="Input/output error"):
+        small(tmp_path / "run")
+
+
+def test_places_that_cannot_be(new: Result, tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    for place in (tmp_path / "file", tmp_path / "file" / "run"):
+        with pytest.raises(WriteError):
+            new.save(place, overwrite=True)
+    assert (tmp_path / "file").read_bytes() == b""
+
+
+def test_pictures_are_stored_with_a_result_and_not_listed(tmp_path: Path) -> None:
+    target = tmp_path / "run"
+    workspace = Workspace(target)
+    workspace.publish(
+        {"summary.json": b"{}"}, "finished", {}, lambda folder: (folder / "a.png").write_bytes(b"") and None
+    )
+    workspace.close()
+    assert (target / "a.png").exists()
+    assert list(verify(target).files) == ["summary.json"]
 
 
 def test_links_in_a_hidden_folder_are_removed_and_not_followed(tmp_path: Path) -> None:
@@ -514,11 +542,12 @@ def test_hidden_folders_belong_to_one_name(tmp_path: Path) -> None:
 def test_what_a_killed_writer_left_is_cleaned(tmp_path: Path) -> None:
     workspace = Workspace(tmp_path / "run")
     folder = workspace.open()
-    (folder / ".new-checkpoint-a.bin").write_bytes(b"half")
+    (folder / ".new-checkpoint-b.bin").write_bytes(b"half")
+    (folder / "csv").mkdir()
     Checkpoints(workspace).write(0.0, b"whole")
     assert workspace.has_checkpoints()
     target = small(tmp_path / "run", workspace=workspace)
-    assert {path.name for path in target.iterdir()} == {"summary.json", "config.toml", "manifest.json"}
+    assert {path.name for path in target.iterdir()} == {"summary.json", "config.toml", "manifest.json", "csv"}
 
 
 def test_pickled_objects_are_never_read(copy: Path, tmp_path: Path) -> None:
