@@ -217,7 +217,8 @@ def trial() -> int:
         about_runs, runs_well = runs(given.runs, work, chance)
         about_batches, batches_well = batches(given.batches, work, chance)
     verdict = "Nothing that was finished was lost." if runs_well and batches_well else "**Something was lost.**"
-    text = f"# Survival\n\nMade by `python evidence/survival.py`. {verdict}\n\n{about_runs}\n{about_batches}"
+    load = f"Load of the machine towards the end: {os.getloadavg()[2]:.0f} on {os.cpu_count()} cores."
+    text = f"# Survival\n\nMade by `python evidence/survival.py`. {verdict} {load}\n\n{about_runs}\n{about_batches}"
     save_text("survival.md", text)
     return 0 if runs_well and batches_well else 1
 
