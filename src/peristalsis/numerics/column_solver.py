@@ -6,6 +6,8 @@ along z, where edges are shortest and stiffest, catch it. One sweep over the eve
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,20 +18,26 @@ from .ring_solver import Constraint, constrain
 Floats = NDArray[np.float64]
 
 
+class Columns(NamedTuple):
+    """Blocks (n, 3, 3, m) of every row with itself and its neighbours along z, even columns first, then odd ones."""
+
+    diagonal: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    lower2: np.ndarray
+    upper2: np.ndarray
+
+
 @compiled
 def fill_columns(
     operator: RingOperator,
     constraint: Constraint,
     stiffness: np.ndarray,
-    diagonal: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    lower2: np.ndarray,
-    upper2: np.ndarray,
+    columns: Columns,
 ) -> None:
-    """Blocks (n, 3, 3, m) of the constrained operator within each column, even columns first, then odd ones."""
-    n = diagonal.shape[0]
-    m = diagonal.shape[3]
+    """Blocks of the constrained operator within each column; what leads out of the grid stays as it is."""
+    n = columns.diagonal.shape[0]
+    m = columns.diagonal.shape[3]
     evens = (m + 1) // 2
     held = constraint.held
     normal = constraint.normal
@@ -41,15 +49,15 @@ def fill_columns(
                 continue
             extra = operator.bend_along * bending_weight(i, r, n) + (6.0 * operator.bend_around if d == 0 else 0.0)
             if d == 0:
-                target = diagonal[i]
+                target = columns.diagonal[i]
             elif d == -1:
-                target = lower[i]
+                target = columns.lower[i]
             elif d == 1:
-                target = upper[i]
+                target = columns.upper[i]
             elif d == -2:
-                target = lower2[i]
+                target = columns.lower2[i]
             else:
-                target = upper2[i]
+                target = columns.upper2[i]
             for j in range(m):
                 p = j // 2 if j % 2 == 0 else evens + j // 2
                 for a in range(3):
@@ -84,10 +92,9 @@ def _times(left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
 
 
 @compiled
-def factor_columns(
-    diagonal: np.ndarray, lower: np.ndarray, upper: np.ndarray, lower2: np.ndarray, upper2: np.ndarray, wide: bool
-) -> bool:
+def factor_columns(columns: Columns, wide: bool) -> bool:
     """Block elimination along z in place, diagonals become inverses; False where singular. wide: second neighbours."""
+    diagonal, lower, upper, lower2, upper2 = columns
     n = diagonal.shape[0]
     m = diagonal.shape[3]
     work = np.empty((3, 3, m))
@@ -157,18 +164,9 @@ def _take(block: np.ndarray, source: np.ndarray, first: int, last: int, out: np.
 
 
 @compiled
-def solve_columns(
-    diagonal: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    lower2: np.ndarray,
-    upper2: np.ndarray,
-    wide: bool,
-    odd: bool,
-    right: np.ndarray,
-    field: np.ndarray,
-) -> None:
+def solve_columns(columns: Columns, wide: bool, odd: bool, right: np.ndarray, field: np.ndarray) -> None:
     """Solve for the odd or the even columns of `field` (n, 3, m), leaving the others; right: (n, 3, m)."""
+    diagonal, lower, upper, lower2, upper2 = columns
     n = right.shape[0]
     m = right.shape[2]
     evens = (m + 1) // 2
@@ -203,12 +201,11 @@ class ColumnSolver:
 
     def __init__(self, operator: RingOperator, constraint: Constraint, stiffness: Floats) -> None:
         n, m = constraint.held.shape
-        shape = (n, 3, 3, m)
-        self._parts = (np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape))
+        self._columns = Columns(*(np.zeros((n, 3, 3, m)) for _ in range(5)))
         self._wide = operator.bend_along != 0.0
-        fill_columns(operator, constraint, stiffness, *self._parts)
-        self.singular = not factor_columns(*self._parts, self._wide)
+        fill_columns(operator, constraint, stiffness, self._columns)
+        self.singular = not factor_columns(self._columns, self._wide)
 
     def solve(self, odd: bool, right: Floats, field: Floats) -> None:
         """Put the solution for the odd or the even columns into `field`; right, field: (n, 3, m)."""
-        solve_columns(*self._parts, self._wide, odd, right, field)
+        solve_columns(self._columns, self._wide, odd, right, field)

@@ -75,8 +75,7 @@ def add_tether(field: np.ndarray, tether: float, out: np.ndarray) -> None:
 def add_bending(field: np.ndarray, along: float, around: float, out: np.ndarray) -> None:
     """Add the gradient of along/2 |second z-difference|^2 + around/2 |second theta-difference|^2 to `out`.
 
-    field: padded (n, 3, m + 2); out: (n, 3, m), inner rows. Differences along z are centred at inner rows and reach the
-    held ones.
+    field: padded (n, 3, m + 2); out: (n, 3, m), inner rows. Differences along z are centred at inner rows.
     """
     n = field.shape[0]
     m = field.shape[2] - 2
