@@ -132,6 +132,11 @@ def main() -> None:
     folder = Path(sys.argv[1])
     text = HEAD + matrix(folder) + reasons(folder) + thresholds(folder, "Thresholds (one pulse, 10 s)")
     text += sensitivities(folder)
+    text += (
+        "\n## Further\n\nWhat one changed choice does to the runs behind the failing claims, and thresholds at doubled "
+    )
+    text += "duration and under slow waves: [variants](../evidence/variants.md). The paper's misprints put back, which "
+    text += "test notices and what the baseline does: [misprints](../evidence/misprints.md).\n"
     if len(sys.argv) > 2:
         other = Path(sys.argv[2])
         text += variants(other) + thresholds(other, "Thresholds under slow waves and at doubled duration")
