@@ -43,6 +43,14 @@ CASES = {
 
 SEARCHED = ("doubled", "slow-waves")
 
+WORDS = """
+Doubled duration moves no threshold. Slow waves catch a pellet that was left behind: every width that was tried arrives, and
+only dry friction above some 1.6 N stops it. Friction against the moving wall, the consistent tensions, the printed density
+(as inertia) and the reflex shift every transit and turn no failing claim round; the trigger as printed (total tension)
+fires everywhere at once, makes every transit more than twice as long, and stops the pellet in the wider tube (claim 21).
+"""
+"""What was seen when this was made; the tables say whether it still is."""
+
 
 def ending(record: Record) -> str:
     """How a run ended, with its travel where the pellet did not arrive."""
@@ -76,6 +84,7 @@ def main() -> None:
             unit = "" if search.unit == "1" else f" {search.unit}"
             bracket = "none" if threshold.value is None else f"{threshold.low:.4g} to {threshold.high:.4g}{unit}"
             brackets.append((title, search.title, bracket, "yes" if threshold.monotone else "no"))
+    text += WORDS
     text += "\n## Thresholds\n\n" + table(["condition", "threshold", "bracket", "monotone"], brackets)
     save_text("variants.md", text)
 
