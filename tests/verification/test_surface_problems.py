@@ -72,21 +72,27 @@ def shift_of_rings(wall: WallState) -> Floats:
     return np.stack([(rho * np.cos(angle)).mean(axis=1), (rho * np.sin(angle)).mean(axis=1)], axis=1)
 
 
+@pytest.mark.parametrize("mean_first", [False, True])
 @pytest.mark.parametrize(("columns", "frame"), [(8, "rest"), (32, "wall"), (64, "rest")])
-def test_ring_uniform_steps_are_the_axisymmetric_ones(columns: int, frame: str) -> None:
-    """Twenty steps under a wave that squeezes the pellet: fields, p, Z and F to 1e-8, by as many Newton iterations."""
+def test_ring_uniform_steps_are_the_axisymmetric_ones(columns: int, frame: str, mean_first: bool) -> None:
+    """Twenty steps under a wave that squeezes the pellet: fields, p, Z and F to 1e-8.
+
+    From the same guess as many Newton iterations, with one of the linear solver each but for a few at the edge of
+    rounding; from the mean of the ring next to none.
+    """
     model, state = started(COARSE, {"pellet.friction_frame": frame})
     known = (state.wall, state.pellet, state.pressure)
     wide = (widened(state.wall, columns), state.pellet, state.pressure)
-    counts = np.zeros(2, int)
+    counts = np.zeros(3, int)
     for k in range(20):
         time = 0.1 + (k + 1) * DT
         _, one = _try_wall(model, *known, travelling_drive(model, time, 1), DT)
-        _, many = try_surface_wall(model, *wide, travelling_drive(model, time, columns), DT, REGULAR)
+        wave = travelling_drive(model, time, columns)
+        _, many = try_surface_wall(model, *wide, wave, DT, REGULAR, mean_first=mean_first)
         assert one is not None
         assert many is not None
         known, wide = (one.wall, one.pellet, one.pressure), (many.wall, many.pellet, many.pressure)
-        counts += one.iterations, many.iterations
+        counts += one.iterations, many.iterations, many.krylov
         assert np.abs(many.wall.position[:, :, [0, 2]] - one.wall.position[:, :, [0, 2]]).max() <= 1e-10
         assert np.abs(many.wall.velocity[:, :, [0, 2]] - one.wall.velocity[:, :, [0, 2]]).max() <= 1e-8
         assert np.abs(many.wall.contact - one.wall.contact).max() <= 1e-8 * one.wall.contact.max()
@@ -97,7 +103,11 @@ def test_ring_uniform_steps_are_the_axisymmetric_ones(columns: int, frame: str) 
         assert many.pellet.axial_force == pytest.approx(one.pellet.axial_force, rel=1e-9, abs=1e-8)
     assert known[1].position != state.pellet.position, "the pellet must have moved"
     assert known[0].contact.max() > 10.0
-    assert abs(int(counts[1]) - int(counts[0])) <= 2
+    if mean_first:
+        assert counts[1] <= 20
+    else:
+        assert abs(counts[1] - counts[0]) <= 2
+        assert counts[2] <= 1.2 * counts[1]
 
 
 def test_turning_by_columns_turns_the_solution() -> None:

@@ -269,6 +269,13 @@ def solve_surface(places: Floats, density: Floats, scalars: Floats, problem: Sur
             array += change
 
 
+def merit_of(places: Floats, density: Floats, scalars: Floats, problem: SurfaceProblem) -> float:
+    """Merit of a guess, by which guesses are compared; infinite when it is out of range."""
+    trial = _Trial(problem, places, density, scalars)
+    trial.evaluate(problem.tolerance)
+    return trial.merit
+
+
 def _newton_update(trial: _Trial, blocks: Floats, target: float) -> tuple[tuple[Floats, Floats, Floats], int] | None:
     """Changes of places, density and scalars from the linearised equations, and Krylov iterations; None if singular.
 

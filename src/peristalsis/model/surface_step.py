@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.surface import from_frames, rates_from_frames, rates_to_frames, to_frames
-from ..numerics.rates import rate_formula
+from ..numerics.rates import RateFormula, rate_formula
 from ..numerics.ring_blocks import pad
 from ..pellet.friction import sliding_velocity
 from ..pellet.surface_contact import force_on_pellet, measure_contact
 from ..wall.surface import measure_edges, new_edges
 from ..wall.surface_regularisers import SurfaceConstants, patch_shear
-from .equilibrium import CONVERGED, OUT_OF_RANGE, Step
+from .equilibrium import CONVERGED, OUT_OF_RANGE, Step, solve_equilibrium
 from .friction import friction_ahead
 from .model import Model
 from .state import PelletState, WallState
-from .surface_equilibrium import Sideways, SurfaceProblem, SurfaceVerdict, solve_surface
+from .surface_equilibrium import Sideways, SurfaceProblem, SurfaceVerdict, merit_of, solve_surface
 
 Floats = NDArray[np.float64]
 
@@ -65,11 +65,13 @@ def try_surface_wall(
     dt: float,
     surface: SurfaceConstants,
     sideways_friction: float | None = None,
+    mean_first: bool = True,
 ) -> tuple[int, SurfaceSolved | None]:
     """One implicit step `dt` [s]; None with the reason's code (`equilibrium.REASONS`) when it does not converge.
 
     drive: (2, 2 n_z_wall, n_theta) [mV] at the end of the step. The pellet moves across the axis only if
-    `sideways_friction` [mN s/cm] is given, by backward Euler.
+    `sideways_friction` [mN s/cm] is given, by backward Euler. mean_first: begin with the axisymmetric step of the mean
+    around the ring where that is nearer to the solution; it changes the way there and not the solution.
     """
     formula = rate_formula(dt, wall.step_before, model.second_order)
     places, before = to_frames(wall.position), to_frames(wall.position_before)
@@ -110,10 +112,71 @@ def try_surface_wall(
         gap_tolerance=model.gap_tolerance,
         max_iterations=model.max_newton,
     )
+    if mean_first:
+        guess, density, scalars = _better_guess(model, problem, formula, places, before, guess, density, scalars)
     verdict = solve_surface(guess, density, scalars, problem)
     if verdict.code != CONVERGED:
         return verdict.code, None
     return CONVERGED, _state_after(model, wall, problem, verdict, guess, density, scalars, drive, dt)
+
+
+def _better_guess(
+    model: Model,
+    problem: SurfaceProblem,
+    formula: RateFormula,
+    places: Floats,
+    before: Floats,
+    guess: Floats,
+    density: Floats,
+    scalars: Floats,
+) -> tuple[Floats, Floats, Floats]:
+    """The guess moved by what the axisymmetric solver makes of its mean around the ring, if its merit is lower.
+
+    On a ring-uniform wall this is the solution. Slack wall and the front of the wave make Newton's method search, and
+    the search is a hundred times cheaper on one column.
+    """
+
+    def mean(field: Floats) -> Floats:
+        return np.ascontiguousarray(field[:, [0, 2]].mean(axis=2).T)
+
+    def stretch(profile: Floats) -> Floats:
+        return np.asarray(np.hypot(*np.diff(profile, axis=1)) / model.wall.element_size)
+
+    start, now, past, history = mean(guess), mean(places), mean(before), mean(problem.history)
+    rho, zeta = start[0].copy(), start[1].copy()
+    contact, axial = density.mean(axis=1), scalars[:3].copy()
+    drive = np.ascontiguousarray(problem.drive.mean(axis=2))
+    code, _, _ = solve_equilibrium(
+        rho,
+        zeta,
+        contact,
+        axial,
+        history,
+        mean(problem.velocity_history),
+        formula.history(stretch(now), stretch(past)),
+        history[0] / model.wall.radius,
+        drive[0],
+        drive[1],
+        problem.friction_weight.sum(axis=1),
+        problem.step,
+        model.wall,
+        problem.pellet,
+        model.lumen,
+        model.tolerance,
+        model.gap_tolerance,
+        model.max_newton,
+    )
+    if code != CONVERGED:
+        return guess, density, scalars
+    moved = guess.copy()
+    moved[:, 0] += (rho - start[0])[:, None]
+    moved[:, 2] += (zeta - start[1])[:, None]
+    pressed = np.maximum(density + (contact - density.mean(axis=1))[:, None], 0.0)
+    found = np.concatenate([axial, scalars[3:]])
+    merit = merit_of(moved, pressed, found, problem)
+    if merit <= problem.tolerance or merit < merit_of(guess, density, scalars, problem):
+        return moved, pressed, found
+    return guess, density, scalars
 
 
 def _state_after(
