@@ -131,6 +131,7 @@ def main() -> None:
     """Write the page."""
     folder = Path(sys.argv[1])
     text = HEAD + matrix(folder) + reasons(folder) + thresholds(folder, "Thresholds (one pulse, 10 s)")
+    text += "\n![Mean velocity over each parameter, with the brackets](thresholds.png)\n"
     text += sensitivities(folder)
     text += (
         "\n## Further\n\nWhat one changed choice does to the runs behind the failing claims, and thresholds at doubled "
