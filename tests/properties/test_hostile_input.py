@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import resource
 import time
 from collections.abc import Callable
@@ -103,11 +104,22 @@ def test_both_grids_count_together(monkeypatch: pytest.MonkeyPatch) -> None:
         Configuration()
 
 
+PACED = {"trigger.rule": "pacemaker", "pacemaker.kind": "cell"}
+
+
 @pytest.mark.parametrize(
-    "changes", [{"protocols": 5}, {"protocols": ["x"] * 51}, {"output.probes": 5}, {"pellet.radius": []}]
+    ("changes", "said"),
+    [
+        ({"protocols": 5}, "protocols"),
+        ({"protocols": ["lumen.pressure: step 1 kPa at 0 s"] * 51}, "too many"),
+        ({"output.probes": 5}, "not a list"),
+        ({"output.probes": ["1 cm"] * 1001}, "at most 1000"),
+        ({"pellet.radius": []}, "pellet.radius"),
+        (PACED, "pacemaker.kind = cell has none"),
+    ],
 )
-def test_things_of_another_kind(changes: dict[str, Any]) -> None:
-    with pytest.raises(ConfigurationError, match=next(iter(changes))):
+def test_things_of_another_kind(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(ConfigurationError, match=re.escape(said)):
         Configuration.from_mapping(changes)
 
 

@@ -212,8 +212,8 @@ def test_json_is_one_object_and_that_of_the_summary_file(here: Path, capsys: Cap
 def test_a_file_its_reading_and_changes_reach_the_run(here: Path, at_once: Result, monkeypatch: Any) -> None:
     seen = []
 
-    def simulate(given: KeptRun, screen: Screen) -> tuple[Result, None]:
-        seen.append(given.configuration)
+    def simulate(kept: KeptRun, screen: Screen) -> tuple[Result, None]:
+        seen.append(kept.configuration)
         return at_once, None
 
     monkeypatch.setattr(running, "_simulate", simulate)

@@ -105,7 +105,7 @@ ORPHANS = """
 import os, sys, time
 from peristalsis.studies.pool import carry_out
 def work(task):
-    print(os.getpid(), flush=True)
+    os.write(1, b"%d;" % os.getpid())
     time.sleep(60)
 if __name__ == "__main__":
     list(carry_out({"a": 1, "b": 2}, work, workers=2))
@@ -117,12 +117,17 @@ def test_processes_end_with_the_one_that_started_them(tmp_path: Path) -> None:
     program = tmp_path / "orphans.py"
     program.write_text(ORPHANS, encoding="utf-8")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    parent = subprocess.Popen([sys.executable, str(program)], stdout=subprocess.PIPE, text=True, env=environment)
-    assert parent.stdout is not None
-    children = [int(parent.stdout.readline()) for _ in range(2)]
-    parent.kill()
-    parent.communicate(timeout=30)  # returns when the last holder of the pipe, the children among them, is gone
+    command = [sys.executable, str(program)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as parent:
+        assert parent.stdout is not None
+        said = ""
+        while said.count(";") < 2:
+            said += parent.stdout.read(1)
+        children = [int(child) for child in said.split(";")[:2]]
+        parent.kill()
+        parent.communicate(timeout=30)  # returns when the last holder of the pipe, the children among them, is gone
     deadline = time.monotonic() + 10.0
     while any(Path(f"/proc/{child}/status").exists() for child in children) and time.monotonic() < deadline:
         os.sched_yield()
+    assert not any(Path(f"/proc/{child}/status").exists() for child in children)
     assert parent.returncode == -signal.SIGKILL

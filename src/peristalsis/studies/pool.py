@@ -98,6 +98,7 @@ class _Worker:
 
     def death(self) -> str:
         """How the process ended, in words."""
+        self.pipe.close()
         self.process.join()
         code = self.process.exitcode or 0
         if code >= 0:
