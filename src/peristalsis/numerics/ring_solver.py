@@ -20,9 +20,8 @@ from .ring_blocks import RingOperator, bending_weight
 
 Floats = NDArray[np.float64]
 
-GROUPS = 3
-"""Modes are factored in groups: the mean, the first few, the rest."""
 FEW = 8
+"""Modes are factored in groups, when first needed: the mean, those below this number, the rest."""
 
 
 class Constraint(NamedTuple):
@@ -480,19 +479,26 @@ class RingSolver:
             wanted = [True] * len(self._groups)
         transformed = fft.rfft(field * self.inverse_scale, axis=2)
         real, imaginary = np.ascontiguousarray(transformed.real), np.ascontiguousarray(transformed.imag)
-        for g, (first, last) in enumerate(self._groups):
-            if not wanted[g]:
+        # All at once where all are wanted: long rows of modes are what the loops run fastest over.
+        spans = (
+            [(0, m // 2 + 1, all(self._ready))]
+            if all(wanted) and len(set(self._ready)) == 1
+            else [(*span, ready) for span, ready in zip(self._groups, self._ready, strict=True)]
+        )
+        whole = len(spans) == 1
+        for g, (first, last, ready) in enumerate(spans):
+            if not (whole or wanted[g]):
                 real[:, :, first:last] = 0.0
                 imaginary[:, :, first:last] = 0.0
                 continue
-            if not self._ready[g]:
+            if not ready:
                 fill_modes(
                     self._near, self._far, self._around, self._tether, self.inverse_scale, first, last, self._modes
                 )
                 if not factor_modes(first, last, self._modes):
                     self.singular = True
                     return np.zeros_like(field)
-                self._ready[g] = True
+                self._ready = [True] * len(self._ready) if whole else [r or k == g for k, r in enumerate(self._ready)]
             solve_modes(first, last, self._modes, real, imaginary)
         real[[0, -1]] = 0.0
         imaginary[[0, -1]] = 0.0
