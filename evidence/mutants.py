@@ -1,8 +1,10 @@
 """Small errors put into the kernels one at a time: how many does the suite notice?
 
-`python evidence/mutants.py [--count 220] [--workers 2] [--only FILE]` writes docs/evidence/mutants.md and mutants.csv.
+`python evidence/mutants.py [--count 240] [--workers 2] [--only FILE]` writes docs/evidence/mutants.md and mutants.csv.
 A mutant is killed when a test of its file's group fails; golden files take no part. The choice is made with a fixed
 seed, in proportion to what there is to change in each file. `make mutants` runs it; under two hours on two cores.
+Verdicts are kept in out/mutants.jsonl: one that was passed on the same file under the same tests is not passed again,
+unless `--afresh` is given.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from __future__ import annotations
 import argparse
 import ast
 import csv
+import hashlib
 import json
 import multiprocessing
 import os
@@ -26,6 +29,7 @@ from pathlib import Path
 from common import FOLDER, save_text, table
 
 ROOT = Path(__file__).resolve().parents[1]
+KEPT = ROOT / "out" / "mutants.jsonl"
 SEED = 20260101
 LIMIT = 420.0
 """A mutant whose tests take longer than this [s] hangs, and counts as noticed."""
@@ -64,6 +68,10 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "control/reflex.py": group(["reflex"]),
     "model/equilibrium.py": group(["equilibrium"], WALL),
     "model/balance.py": group(["balance"], ["coupled"]),
+    "model/friction.py": group(["friction"], ["problems"]),
+    "wall/surface.py": group(["surface_wall"], ["surface_problems"]),
+    "wall/surface_regularisers.py": group(["surface_wall"], ["surface_problems"]),
+    "pellet/surface_contact.py": group(["surface_wall"], ["surface_problems"]),
     "model/fields.py": group(["fields"], ["wall_problems", "contact_problems"]),
 }
 
@@ -153,6 +161,30 @@ def chosen(count: int, only: str | None) -> list[Mutant]:
     return picked
 
 
+def key(mutant: Mutant) -> str:
+    """What a kept verdict stands for: the change, the file it is made in and the tests that judge it."""
+    parts = [repr(mutant).encode(), (ROOT / "src" / "peristalsis" / mutant.file).read_bytes()]
+    for tests in GROUPS[mutant.file]:
+        place = ROOT / tests
+        parts += [file.read_bytes() for file in ([place] if place.is_file() else sorted(place.glob("test_*.py")))]
+    return hashlib.sha256(b"\0".join(parts)).hexdigest()
+
+
+def judged_or_kept(mutant: Mutant) -> tuple[str, str, float]:
+    """A kept verdict, or a new one, which is kept."""
+    digest = key(mutant)
+    if KEPT.exists():
+        for line in KEPT.read_text(encoding="utf-8").splitlines():
+            known = json.loads(line)
+            if known["key"] == digest:
+                return known["verdict"], known["by"], known["seconds"]
+    verdict, by, seconds = judged(mutant)
+    KEPT.parent.mkdir(exist_ok=True)
+    with KEPT.open("a", encoding="utf-8") as stream:
+        stream.write(json.dumps({"key": digest, "verdict": verdict, "by": by, "seconds": seconds}) + "\n")
+    return verdict, by, seconds
+
+
 def judged(mutant: Mutant) -> tuple[str, str, float]:
     """(verdict, what noticed it, seconds) of one mutant."""
     begin = time.monotonic()
@@ -189,15 +221,20 @@ def judged(mutant: Mutant) -> tuple[str, str, float]:
 def main() -> None:
     """Judge the mutants and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=220)
+    parser.add_argument("--count", type=int, default=240)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--only")
+    parser.add_argument("--afresh", action="store_true")
     asked = parser.parse_args()
+    if asked.afresh:
+        KEPT.unlink(missing_ok=True)
     mutants = chosen(asked.count, asked.only)
     excused = json.loads((ROOT / "evidence" / "equivalent_mutants.json").read_text(encoding="utf-8"))
     rows = []
     with multiprocessing.get_context("spawn").Pool(asked.workers) as pool:
-        for number, (mutant, found) in enumerate(zip(mutants, pool.imap(judged, mutants), strict=True), start=1):
+        for number, (mutant, found) in enumerate(
+            zip(mutants, pool.imap(judged_or_kept, mutants), strict=True), start=1
+        ):
             verdict, by, seconds = found
             reason = excused.get(f"{mutant.file}: {mutant.before} -> {mutant.after}", "")
             if verdict == "survived" and reason:

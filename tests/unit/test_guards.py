@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from peristalsis.build import build
 from peristalsis.checkpoint import newest_of
 from peristalsis.model import guards
 from peristalsis.model.guards import advance_safely, violation
@@ -194,3 +195,19 @@ def test_a_resting_state_passes(begun: tuple[Model, State]) -> None:
     for changes in ({}, {"pacemaker.kind": "cell"}, {"pellet.enabled": False}, {"lumen.pressure": "0.05 kPa"}):
         model, state, _ = initial_state(build(configured(COARSE, changes)))
         assert violation(model, state) is None
+
+
+def test_a_wall_that_bows_across_the_axis_is_let_be() -> None:
+    """On the whole surface a tube pulled aside by more than its radius is as sound as a straight one."""
+    model, state, _ = initial_state(build(configured(COARSE | {"grid.n_theta": 8})))
+    places = state.wall.position
+    aside = 1.2 * model.wall.radius * np.sin(np.pi * places[:, :, 2] / model.grid.length) ** 2
+    place = places[:, :, 0] * np.exp(1j * places[:, :, 1]) + aside
+    bowed = np.stack([np.abs(place), np.angle(place), places[:, :, 2]], axis=2)
+    assert bowed[:, :, 0].min() < 0.2 * model.wall.radius
+    assert violation(model, replace(state, wall=replace(state.wall, position=bowed))) is None
+    folded = bowed.copy()
+    folded[20] = folded[19]
+    found = violation(model, replace(state, wall=replace(state.wall, position=folded)))
+    assert found is not None
+    assert "stretch" in found

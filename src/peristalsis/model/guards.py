@@ -103,18 +103,20 @@ def _wall(model: Model, state: State) -> str | None:
         bad = _outside(values, -infinite, infinite, nodes)
         if bad is not None:
             return f"wall {name} {bad}"
-    bad = _outside(wall.position[:, :, 0], SMALLEST_STRETCH * model.wall.radius, infinite, nodes)
-    if bad is not None:
-        return f"wall radius {bad} cm"
     if model.grid.is_surface:
-        try:  # of the edges: a wall that is pulled sideways is longer than rho and zeta show
-            stretch = surface_stretches(wall.position, model.wall).axial
+        # Of the edges: a wall that bows is longer than rho and zeta show, and its nodes may cross the tube's axis.
+        try:
+            stretch, hoop = surface_stretches(wall.position, model.wall)
         except ValueError as error:
             return str(error)
     else:
         stretch = stretch_of_elements(wall.position, model.wall.element_size)
-    bad = _outside(stretch, SMALLEST_STRETCH, LARGEST_STRETCH, nodes)
-    return None if bad is None else f"longitudinal stretch {bad}"
+        hoop = wall.position[:, :, 0] / model.wall.radius
+    for name, values in {"longitudinal stretch": stretch, "circumferential stretch": hoop}.items():
+        bad = _outside(values, SMALLEST_STRETCH, LARGEST_STRETCH, nodes)
+        if bad is not None:
+            return f"{name} {bad}"
+    return None
 
 
 def _trigger(model: Model, state: State) -> str | None:
