@@ -1,6 +1,6 @@
 """Small errors put into the kernels one at a time: how many does the suite notice?
 
-`python evidence/mutants.py [--count 240] [--workers 2] [--only FILE]` writes docs/evidence/mutants.md and mutants.csv.
+`python evidence/mutants.py [--count 240] [--workers 2] [--only FILE ...]` writes docs/evidence/mutants.md and mutants.csv.
 A mutant is killed when a test of its file's group fails; golden files take no part. The choice is made with a fixed
 seed, in proportion to what there is to change in each file. `make mutants` runs it; under two hours on two cores.
 Verdicts are kept in out/mutants.jsonl: one that was passed on the same file under the same tests is not passed again,
@@ -147,17 +147,16 @@ def _changes(node, source, place, made) -> Iterator[Mutant]:  # type: ignore[no-
         yield made("swap", start, stop, SWAPPED[node.id], node.lineno)
 
 
-def chosen(count: int, only: str | None) -> list[Mutant]:
-    """The mutants of a run: the same for the same sources and count."""
-    draw = random.Random(SEED)
+def chosen(count: int, only: Sequence[str]) -> list[Mutant]:
+    """The mutants of a run: of each file the first ones of an order drawn for it, in proportion to its size."""
     every = {file: sorted(set(candidates(file)), key=lambda one: (one.start, one.kind)) for file in GROUPS}
-    if only is not None:
-        return every[only]
     total = sum(len(found) for found in every.values())
     picked: list[Mutant] = []
-    for found in every.values():
+    for file, found in every.items():
         share = max(3, round(count * len(found) / total))
-        picked += draw.sample(found, min(share, len(found)))
+        random.Random(f"{SEED} {file}").shuffle(found)
+        if not only or file in only:
+            picked += found[:share]
     return picked
 
 
@@ -223,7 +222,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=240)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--only")
+    parser.add_argument("--only", nargs="*", default=[], metavar="FILE")
     parser.add_argument("--afresh", action="store_true")
     asked = parser.parse_args()
     if asked.afresh:
