@@ -1,6 +1,6 @@
 """Small errors put into the kernels one at a time: how many does the suite notice?
 
-`python evidence/mutants.py [--count 240] [--workers 2] [--only FILE ...]` writes docs/evidence/mutants.md and mutants.csv.
+`python evidence/mutants.py [--count 240] [--workers 2] [--only FILE ...]` writes docs/evidence/mutants.md, .csv.
 A mutant is killed when a test of its file's group fails; golden files take no part. The choice is made with a fixed
 seed, in proportion to what there is to change in each file. `make mutants` runs it; under two hours on two cores.
 Verdicts are kept in out/mutants.jsonl: one that was passed on the same file under the same tests is not passed again,
