@@ -60,6 +60,31 @@ def test_maps_show_every_column_of_the_stored_field(wide: ps.Result) -> None:
     assert np.array_equal(shown[-1], shown[0])  # the ring closes
 
 
+def test_diameters_are_those_of_the_ring_and_not_of_a_column(wide: ps.Result, run: ps.Result) -> None:
+    """A ring r(1 + e cos) holds the area of a circle of radius r sqrt(1 + e^2/2), whatever one column shows."""
+    z = run.arrays["z"]
+    bulge = 0.2 * np.sin(np.pi * z / z[-1])
+    expected = data.values(run, "radius", "mm") * 2.0 * np.sqrt(1.0 + 0.5 * bulge**2)
+    assert data.ring_diameter(wide) == pytest.approx(expected, rel=0.02)
+    assert data.ring_diameter(run) == pytest.approx(2.0 * data.values(run, "radius", "mm"))
+    assert np.abs(data.values(wide, "radius", "mm") * 2.0 - expected).max() > 1.0
+
+
+def test_a_cut_shows_both_sides(wide: ps.Result, run: ps.Result) -> None:
+    up, down = data.profile(wide)
+    straight = data.values(run, "radius", "mm")
+    middle = run.arrays["z"].size // 2
+    assert (up[:, middle] > 1.1 * straight[:, middle]).all()
+    assert (-down[:, middle] < 0.9 * straight[:, middle]).all()
+    assert np.array_equal(data.profile(run)[1], -straight)
+
+
+def test_manometry_is_the_mean_around_the_ring(run: ps.Result, wide: ps.Result) -> None:
+    share = 1.0 + np.cos(wide.arrays["theta"])
+    sided = replace(wide, arrays=wide.arrays | {"contact_pressure": wide.arrays["contact_pressure"] * share})
+    assert data.manometry(sided, 2.5)[2] == pytest.approx(data.manometry(run, 2.5)[2])
+
+
 def test_the_hardest_contact_is_shown_unless_asked_otherwise(run: ps.Result) -> None:
     frame = surface_maps.default_frame(run)
     assert data.at_frames(run, "normal_force")[frame] == data.at_frames(run, "normal_force").max()

@@ -58,6 +58,21 @@ def polygon_factor(columns: int) -> float:
     return turn / math.sin(turn)
 
 
+def equivalent_radius(position: Floats) -> Floats:
+    """Radius of the circle with the area of each ring across the axis [cm], shape (n,).
+
+    position: nodes (rho, vartheta, zeta), (n, m, 3).
+    """
+    places = to_frames(position)
+    m = places.shape[2]
+    turn = 2.0 * math.pi / m
+    x, y = places[:, 0], places[:, 1]
+    nx, ny = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
+    c, s = math.cos(turn), math.sin(turn)
+    area = 0.5 * (x * (s * nx + c * ny) - y * (c * nx - s * ny)).sum(axis=1) * polygon_factor(m)
+    return np.asarray(np.sqrt(np.maximum(area, 0.0) / math.pi))
+
+
 @compiled
 def surface_volume(padded: np.ndarray) -> float:
     """Volume [cm^3] inside nodes (n, 3, m + 2) [cm] whose end rows are plane rings across the axis."""

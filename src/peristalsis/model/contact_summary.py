@@ -7,12 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.surface import equivalent_radius
 from ..numerics.compiled import compiled
 from ..pellet.contact import smallest_gap
 from .fields import column
 from .model import Model
 from .state import State
-from .surface_fields import equivalent_radius, surface_contact
+from .surface_fields import surface_contact
 
 
 class ContactSummary(NamedTuple):

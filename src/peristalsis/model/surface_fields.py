@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.surface import polygon_factor, rates_to_frames, to_frames
+from ..geometry.surface import equivalent_radius, rates_to_frames, to_frames
 from ..numerics.compiled import compiled
 from ..numerics.ring_blocks import pad
 from ..pellet.surface_contact import measure_contact
@@ -92,18 +92,6 @@ def _corners(
                     )
                     for part in range(PARTS):
                         out[e, end, j, part] += 0.5 * one[part]
-
-
-def equivalent_radius(position: Floats) -> Floats:
-    """Radius of the circle with the area of each ring across the axis [cm], shape (n_z_wall + 1,)."""
-    places = to_frames(position)
-    m = places.shape[2]
-    turn = 2.0 * math.pi / m
-    x, y = places[:, 0], places[:, 1]
-    nx, ny = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
-    c, s = math.cos(turn), math.sin(turn)
-    area = 0.5 * (x * (s * nx + c * ny) - y * (c * nx - s * ny)).sum(axis=1) * polygon_factor(m)
-    return np.asarray(np.sqrt(np.maximum(area, 0.0) / math.pi))
 
 
 def surface_end_reactions(wall: WallState, c: WallConstants, pressure: float) -> tuple[float, float]:

@@ -1,6 +1,8 @@
 """What the figures show, as arrays in the units of the axes; no drawing here.
 
-Fields are those of the first column around (an axisymmetric wall has only that one).
+Fields are those of the first column around (an axisymmetric wall has only that one), unless a function says otherwise:
+diameters are those of the circle with the area of the ring, manometry is the mean around it, and a cut through the tube
+shows the first column and the one opposite.
 """
 
 from __future__ import annotations
@@ -38,9 +40,42 @@ def values(result: Result, name: str, unit: str | None = None) -> Floats:
     array = np.asarray(stored(result, name), dtype=np.float64)
     if len(output.dimensions) > 1 and output.dimensions[-1] in ("theta", "theta_cell"):
         array = array[..., 0]
-    if unit is None or unit == output.unit:
-        return array
-    return array * FACTORS[output.unit, unit]
+    return array * _factor(name, unit)
+
+
+def around(result: Result, name: str, unit: str | None = None) -> Floats:
+    """Mean of a field around the ring, over time and place; as `values` where there is one column."""
+    return np.asarray(np.nan_to_num(stored(result, name)).mean(axis=-1) * _factor(name, unit))
+
+
+def cut(result: Result, name: str, unit: str | None = None) -> Floats:
+    """A field in the plane of the first column: there and opposite, shape (2, n_time, n)."""
+    field = stored(result, name)
+    return np.stack([field[..., 0], field[..., field.shape[-1] // 2]]) * _factor(name, unit)
+
+
+def profile(result: Result) -> Floats:
+    """Distance of the wall from the tube's axis in the plane of the first column [mm], (2, n_time, n_z): up, down."""
+    field = 10.0 * stored(result, "radius")
+    if field.shape[-1] == 1:
+        return np.stack([field[..., 0], -field[..., 0]])
+    height, opposite = field * np.cos(stored(result, "angle")), field.shape[-1] // 2
+    return np.stack([height[..., 0], height[..., opposite]])
+
+
+def ring_diameter(result: Result) -> Floats:
+    """Diameter of the circle with the area of each ring of wall [mm], (n_time, n_z)."""
+    if stored(result, "radius").shape[-1] == 1:
+        return 2.0 * values(result, "radius", "mm")
+    from ..geometry.surface import equivalent_radius
+
+    frames = zip(stored(result, "radius"), stored(result, "angle"), strict=True)
+    return np.stack([20.0 * equivalent_radius(np.stack([r, a, np.zeros_like(r)], axis=2)) for r, a in frames])
+
+
+def _factor(name: str, unit: str | None) -> float:
+    own = OUTPUTS[name].unit
+    return 1.0 if unit in (None, own) else FACTORS[own, str(unit)]
 
 
 def stored(result: Result, name: str) -> Floats:
@@ -95,14 +130,14 @@ def in_laboratory(result: Result, field: Floats, axis: Floats) -> Floats:
     Nodes move along the tube, so each frame is interpolated anew. Where a fold makes the wall run backwards, the
     places already passed are skipped.
     """
-    places = np.maximum.accumulate(values(result, "axial_position", "mm"), axis=1)
+    places = np.maximum.accumulate(around(result, "axial_position", "mm"), axis=1)
     return np.stack([np.interp(axis, place, row) for place, row in zip(places, field, strict=True)])
 
 
 def diameter_map(result: Result) -> tuple[Floats, Floats, Floats]:
     """Time [s], axial place [mm] and inner diameter [mm], shape (n_time, n_axis), in space."""
     axis = laboratory_axis(result)
-    return values(result, "time"), axis, in_laboratory(result, 2.0 * values(result, "radius", "mm"), axis)
+    return values(result, "time"), axis, in_laboratory(result, ring_diameter(result), axis)
 
 
 def manometry(result: Result, spacing: float) -> tuple[Floats, Floats, Floats]:
@@ -113,7 +148,7 @@ def manometry(result: Result, spacing: float) -> tuple[Floats, Floats, Floats]:
     """
     count = max(1, int(np.ceil(length(result) / spacing - 1e-9)) - 1)
     axis = np.asarray(spacing * np.arange(1, count + 1), dtype=np.float64)
-    contact = np.nan_to_num(values(result, "contact_pressure", "mmHg"))
+    contact = around(result, "contact_pressure", "mmHg")
     lumen = at_frames(result, "lumen_pressure", "mmHg")
     return values(result, "time"), axis, lumen[:, None] + in_laboratory(result, contact, axis)
 
@@ -122,8 +157,8 @@ def contact_map(result: Result, count: int = 241) -> tuple[Floats, Floats, Float
     """Time [s], place relative to the pellet's centre [mm] and contact pressure [kPa], shape (n_time, count)."""
     relative = np.linspace(-1.0, 1.0, count) * pellet_radius(result)
     centre = at_frames(result, "pellet_position", "mm")
-    contact = np.nan_to_num(values(result, "contact_pressure"))
-    places = np.maximum.accumulate(values(result, "axial_position", "mm"), axis=1)
+    contact = around(result, "contact_pressure")
+    places = np.maximum.accumulate(around(result, "axial_position", "mm"), axis=1)
     rows = [
         np.interp(relative + middle, place, row) for middle, place, row in zip(centre, places, contact, strict=True)
     ]

@@ -100,13 +100,15 @@ def _pictures(result: Result, frames: list[int], rate: int) -> list[Image.Image]
     from matplotlib.patches import Circle
 
     cmap, norm = tension_colours(result)
-    widest = float(data.values(result, "radius", "mm").max()) + 2.0
+    axial, shape = data.cut(result, "axial_position", "mm"), data.profile(result)
+    widest = float(np.abs(shape).max()) + 2.0
     canvas = style.canvas(result, 1.25 + 2.0 * widest * AXES_WIDTH / data.length(result), "Tube and pellet")
     canvas.set_dpi(FILM_DPI)
     axes = canvas.add_subplot()
-    axial, radius = data.values(result, "axial_position", "mm"), data.values(result, "radius", "mm")
-    tension, time = data.values(result, "tension_circumferential", "N/cm"), data.values(result, "time")
-    wall = LineCollection(list(segments(axial[0], radius[0])), cmap=cmap, norm=norm, linewidths=2.6, capstyle="round")
+    tension, time = data.cut(result, "tension_circumferential", "N/cm"), data.values(result, "time")
+    wall = LineCollection(
+        list(segments(axial[:, 0], shape[:, 0])), cmap=cmap, norm=norm, linewidths=2.6, capstyle="round"
+    )
     axes.add_collection(wall)
     pellet = None
     if data.has_pellet(result):
@@ -135,8 +137,8 @@ def _pictures(result: Result, frames: list[int], rate: int) -> list[Image.Image]
     pictures = []
     for frame in frames:
         agg.restore_region(still)
-        wall.set_segments(list(segments(axial[frame], radius[frame])))
-        wall.set_array(segment_values(tension[frame]))
+        wall.set_segments(list(segments(axial[:, frame], shape[:, frame])))
+        wall.set_array(segment_values(tension[:, frame]))
         if pellet is not None:
             pellet.set_center((centres[frame], 0.0))
         clock.set_text(f"t = {time[frame]:.2f} s")

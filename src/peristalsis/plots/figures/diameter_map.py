@@ -54,8 +54,8 @@ FIGURE = Figure(
     title="Diameter map",
     caption=(
         "Inner diameter of the tube (colour) over axial position in space, oral end at the top, and time. The wall "
-        "is interpolated from its moving points onto places fixed in space. Solid line: centre of the pellet; "
-        "dashed lines: its poles."
+        "is interpolated from its moving points onto places fixed in space; where it varies around the ring, the "
+        "diameter is that of the circle with the same area. Solid line: centre of the pellet; dashed lines: its poles."
     ),
     draw=draw,
 )

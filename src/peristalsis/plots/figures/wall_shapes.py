@@ -27,32 +27,31 @@ def tension_colours(result: Result) -> tuple[Colormap, Any]:
     import matplotlib
     from matplotlib.colors import ListedColormap, PowerNorm
 
-    tension = data.values(result, "tension_circumferential", "N/cm")
+    tension = data.cut(result, "tension_circumferential", "N/cm")
     cmap = ListedColormap(matplotlib.colormaps["magma"](np.linspace(0.05, 0.82, 256)), name="tension")
     return cmap, PowerNorm(0.5, 0.0, max(0.01, float(tension.max())))
 
 
-def segments(axial: Floats, radius: Floats) -> Floats:
-    """Both halves of a wall as line segments, shape (2 (n - 1), 2, 2); upper half first."""
-    halves = [np.stack([axial, side * radius], axis=-1) for side in (1.0, -1.0)]
+def segments(axial: Floats, height: Floats) -> Floats:
+    """Both halves of a wall, each (2, n), as line segments, shape (2 (n - 1), 2, 2); upper half first."""
+    halves = np.stack([axial, height], axis=-1)
     return np.concatenate([np.stack([half[:-1], half[1:]], axis=1) for half in halves])
 
 
 def segment_values(nodes: Floats) -> Floats:
-    """A field on nodes as values of `segments`."""
-    middle = 0.5 * (nodes[1:] + nodes[:-1])
-    return np.concatenate([middle, middle])
+    """A field on the nodes of both halves, (2, n), as values of `segments`."""
+    return np.asarray(0.5 * (nodes[:, 1:] + nodes[:, :-1])).ravel()
 
 
 def height(result: Result) -> float:
     """Half height of a panel [mm]: the widest wall or pellet, and the band of contact pressure."""
-    widest = float(data.values(result, "radius", "mm").max())
+    widest = float(np.abs(data.profile(result)).max())
     return widest + 1.5 + (PRESSURE_HEIGHT if data.has_pellet(result) else 0.0)
 
 
 def largest_pressure(result: Result) -> float:
     """Largest stored contact pressure of the run [kPa], at least 0.1."""
-    return max(0.1, float(np.nan_to_num(data.values(result, "contact_pressure")).max()))
+    return max(0.1, float(np.nan_to_num(data.cut(result, "contact_pressure")).max()))
 
 
 def panel(axes: Axes, result: Result, frame: int, cmap: Colormap, norm: Any) -> Any:
@@ -60,8 +59,8 @@ def panel(axes: Axes, result: Result, frame: int, cmap: Colormap, norm: Any) -> 
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Circle
 
-    axial = data.values(result, "axial_position", "mm")[frame]
-    radius = data.values(result, "radius", "mm")[frame]
+    axial = data.cut(result, "axial_position", "mm")[:, frame]
+    shape = data.profile(result)[:, frame]
     if data.has_pellet(result):
         centre = float(data.at_frames(result, "pellet_position", "mm")[frame])
         axes.add_patch(
@@ -69,8 +68,8 @@ def panel(axes: Axes, result: Result, frame: int, cmap: Colormap, norm: Any) -> 
         )
         axes.plot([centre], [0.0], "+", color="0.3", markersize=5, markeredgewidth=0.9)
         _pressure_band(axes, result, frame, centre)
-    wall = LineCollection(list(segments(axial, radius)), cmap=cmap, norm=norm, linewidths=2.0, capstyle="round")
-    wall.set_array(segment_values(data.values(result, "tension_circumferential", "N/cm")[frame]))
+    wall = LineCollection(list(segments(axial, shape)), cmap=cmap, norm=norm, linewidths=2.0, capstyle="round")
+    wall.set_array(segment_values(data.cut(result, "tension_circumferential", "N/cm")[:, frame]))
     axes.add_collection(wall)
     axes.set_aspect("equal")
     axes.set_ylim(-height(result), height(result))
@@ -81,20 +80,20 @@ def panel(axes: Axes, result: Result, frame: int, cmap: Colormap, norm: Any) -> 
 
 def _pressure_band(axes: Axes, result: Result, frame: int, centre: float) -> None:
     """Contact pressure as a band outside the wall, along the normal of the pellet."""
-    pressure = np.nan_to_num(data.values(result, "contact_pressure")[frame])
-    touching = np.flatnonzero(pressure > 0.0)
-    for part in np.split(touching, np.flatnonzero(np.diff(touching) > 1) + 1):
-        if part.size < 2:
-            continue
-        axial = data.values(result, "axial_position", "mm")[frame][part]
-        radius = data.values(result, "radius", "mm")[frame][part]
-        distance = np.hypot(axial - centre, radius)
-        out = PRESSURE_HEIGHT * pressure[part] / largest_pressure(result)
-        along, up = (axial - centre) / distance, radius / distance
-        for side in (1.0, -1.0):
+    for side in (0, 1):
+        pressure = np.nan_to_num(data.cut(result, "contact_pressure")[side, frame])
+        touching = np.flatnonzero(pressure > 0.0)
+        for part in np.split(touching, np.flatnonzero(np.diff(touching) > 1) + 1):
+            if part.size < 2:
+                continue
+            axial = data.cut(result, "axial_position", "mm")[side, frame][part]
+            shape = data.profile(result)[side, frame][part]
+            distance = np.hypot(axial - centre, shape)
+            out = PRESSURE_HEIGHT * pressure[part] / largest_pressure(result)
+            along, up = (axial - centre) / distance, shape / distance
             axes.fill(
                 np.concatenate([axial, (axial + out * along)[::-1]]),
-                side * np.concatenate([radius, (radius + out * up)[::-1]]),
+                np.concatenate([shape, (shape + out * up)[::-1]]),
                 facecolor=style.SKY,
                 edgecolor=style.BLUE,
                 linewidth=0.5,
@@ -147,7 +146,8 @@ FIGURE = Figure(
     name="wall_shapes",
     title="Shape of the tube",
     caption=(
-        "The tube cut along its axis at several times, oral end at the left, both directions to the same scale. "
+        "The tube cut along its axis, through the first column, at several times, oral end at the left, both "
+        "directions to the same scale. "
         "Colour of the wall: total circumferential tension (square-root scale). Grey disc: the pellet. Blue band "
         "outside the wall: contact pressure between wall and pellet; its height along the normal of the pellet is to "
         "the scale in the first panel."
