@@ -64,6 +64,7 @@ coverage: $(READY)
 	@rm -f .coverage .coverage.*
 	@$(BIN)/python -m coverage run -m pytest -q
 	@$(BIN)/python -m coverage combine -q
+	@mkdir -p out && $(BIN)/python -m coverage json -q -o out/coverage.json
 	@$(BIN)/python -m coverage report --skip-covered --fail-under=95
 	@$(BIN)/python -m coverage report --fail-under=100 --include='$(subst $(space),$(comma),$(strip $(KEPT)))'
 
