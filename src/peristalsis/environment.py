@@ -25,7 +25,7 @@ def versions() -> dict[str, str]:
 @cache
 def code_version() -> str:
     """Version of the package and hash of its equations' sources, as they were when this process first asked."""
-    from .numerics.compiled import source_digest
+    from .numerics.sources import source_digest
 
     return f"{__version__}-{source_digest()}"
 

@@ -97,10 +97,10 @@ def test_numba_has_one_door() -> None:
 
 def test_kernels_live_where_the_cache_looks() -> None:
     """A kernel outside the hashed folders could go stale unseen."""
-    from peristalsis.numerics.compiled import _KERNEL_FOLDERS
+    from peristalsis.numerics.sources import KERNEL_FOLDERS
 
     homes = {f.relative_to(PACKAGE).parts[0] for f in MODULES if "peristalsis.numerics.compiled.compiled" in imports(f)}
-    assert homes <= set(_KERNEL_FOLDERS)
+    assert homes <= set(KERNEL_FOLDERS)
 
 
 def test_units_are_converted_at_the_edge_only() -> None:

@@ -1,13 +1,13 @@
 """The one door to numba: every compiled kernel of the package is decorated with `compiled`.
 
 numba's on-disk cache looks only at the file that holds a kernel and misses a change in another file that the
-kernel calls. So the cache folder carries a hash of all kernel sources: a changed source means a new folder,
-never a stale kernel (docs/decisions/0010). Where no folder can be written, kernels are compiled anew each time.
+kernel calls. So every file has a folder of its own in the cache, named by a hash of that file and of all that it
+imports (`sources`): a changed source means a new folder for whatever depends on it, never a stale kernel
+(docs/decisions/0010). Where no folder can be written, kernels are compiled anew each time.
 """
 
 from __future__ import annotations
 
-import hashlib
 import os
 import tempfile
 from collections.abc import Callable
@@ -16,20 +16,9 @@ from typing import Any, TypeVar
 
 import numba
 
-_PACKAGE = Path(__file__).resolve().parents[1]
-_KERNEL_FOLDERS = ("numerics", "geometry", "tissue", "wall", "pellet", "control", "model")
+from .sources import PACKAGE, kernel_digest
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-
-def source_digest() -> str:
-    """Hash of every source file that can hold a kernel, and of numba's version; 16 hexadecimal digits."""
-    digest = hashlib.sha256(numba.__version__.encode())
-    for folder in _KERNEL_FOLDERS:
-        for file in sorted((_PACKAGE / folder).rglob("*.py")):
-            digest.update(file.relative_to(_PACKAGE).as_posix().encode())
-            digest.update(file.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def _writable(folder: Path) -> bool:
@@ -45,18 +34,20 @@ def _cache_folder() -> Path | None:
     named = os.environ.get("NUMBA_CACHE_DIR")
     home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     for root in (Path(named) if named else None, Path(home) / "peristalsis"):
-        if root is not None and _writable(root / source_digest()):
-            return root / source_digest()
+        if root is not None and _writable(root):
+            return root
     return None
 
 
 CACHE_FOLDER = _cache_folder()
-if CACHE_FOLDER is not None:
-    numba.config.CACHE_DIR = str(CACHE_FOLDER)
 
 
 def compiled(function: Function) -> Function:
     """Compile `function` with numba: cached on disk, double precision as written (no fast-math), one thread."""
-    decorate = numba.njit(cache=CACHE_FOLDER is not None, fastmath=False, error_model="numpy", nogil=True)
+    file = Path(function.__code__.co_filename)
+    kept = CACHE_FOLDER is not None and file.is_relative_to(PACKAGE)  # a function typed in has no file to go by
+    if CACHE_FOLDER is not None and kept:
+        numba.config.CACHE_DIR = str(CACHE_FOLDER / kernel_digest(file))
+    decorate = numba.njit(cache=kept, fastmath=False, error_model="numpy", nogil=True)
     result: Function = decorate(function)
     return result

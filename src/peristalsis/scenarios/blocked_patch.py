@@ -27,10 +27,10 @@ SCENARIO = Scenario(
             }
         ],
         "grid.n_z": 400,
-        "grid.n_z_wall": 200,
-        "grid.n_theta": 32,
-        "grid.n_theta_conduction": 128,
+        "grid.n_z_wall": 100,
+        "grid.n_theta": 16,
+        "grid.n_theta_conduction": 64,
         "output.interval": "20 ms",
-        "run.duration": "5 s",
+        "run.duration": "4 s",
     },
 )

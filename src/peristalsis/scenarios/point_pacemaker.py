@@ -18,10 +18,10 @@ SCENARIO = Scenario(
         "pacemaker.width": "5 mm",
         "pacemaker.angular_width": "60 deg",
         "grid.n_z": 400,
-        "grid.n_z_wall": 200,
-        "grid.n_theta": 32,
+        "grid.n_z_wall": 100,
+        "grid.n_theta": 16,
         "grid.n_theta_conduction": 128,
         "output.interval": "20 ms",
-        "run.duration": "5 s",
+        "run.duration": "4 s",
     },
 )

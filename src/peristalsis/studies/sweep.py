@@ -23,7 +23,7 @@ from .. import disk
 from .._version import __version__
 from ..config import Configuration
 from ..errors import PeristalsisError, WriteError, shown
-from ..numerics.compiled import source_digest
+from ..numerics.sources import source_digest
 from ..warm_up import warm_up
 from .pool import Failure, carry_out
 

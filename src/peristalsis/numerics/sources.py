@@ -1,0 +1,67 @@
+"""Which source files a kernel depends on, and a hash of them: what the cache of compiled kernels goes by."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Iterable
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+PACKAGE = Path(__file__).resolve().parents[1]
+KERNEL_FOLDERS = ("numerics", "geometry", "tissue", "wall", "pellet", "control", "model")
+
+_IMPORT = re.compile(r"^[ \t]*from[ \t]+(\.+)([\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n#]*)", re.MULTILINE)
+_NAME = re.compile(r"(\w+)(?:\s+as\s+\w+)?\s*(?:,|$|\)|#)", re.MULTILINE)
+
+
+@cache
+def source_digest() -> str:
+    """Hash of every source file that can hold a kernel, and of numba's version; 16 hexadecimal digits."""
+    return _together(file for folder in KERNEL_FOLDERS for file in (PACKAGE / folder).rglob("*.py"))
+
+
+@cache
+def kernel_digest(file: Path) -> str:
+    """Hash of a source file and of all that it imports of the package, and of numba's version; as `source_digest`."""
+    return _together(dependencies(file))
+
+
+def dependencies(file: Path) -> frozenset[Path]:
+    """A source file of the package and every other one that it imports, directly or through others."""
+    found, waiting = {file}, [file]
+    while waiting:
+        new = _read(waiting.pop())[1] - found
+        found |= new
+        waiting += new
+    return frozenset(found)
+
+
+@cache
+def _read(file: Path) -> tuple[str, frozenset[Path]]:
+    """Hash of a file with its name, and the files behind its relative imports: modules, packages, imported modules."""
+    content = file.read_bytes()
+    found: list[str] = []
+    here = str(file.parent)
+    for dots, module, names in _IMPORT.findall(content.decode("utf-8")):
+        base = os.path.normpath(os.path.join(here, *[".."] * (len(dots) - 1), *module.split(".")))
+        found += [f"{base}.py"] if module else []
+        found += [
+            os.path.join(base, "__init__.py"),
+            *(os.path.join(base, f"{name}.py") for name in _NAME.findall(names)),
+        ]
+    name = file.relative_to(PACKAGE).as_posix().encode()
+    digest = hashlib.sha256(name + b"\0" + content).hexdigest()
+    return digest, frozenset(Path(place) for place in found if _is_file(place))
+
+
+@cache
+def _is_file(place: str) -> bool:
+    return os.path.isfile(place)
+
+
+def _together(files: Iterable[Path]) -> str:
+    parts = [version("numba"), *sorted(_read(file)[0] for file in files)]
+    return hashlib.sha256("".join(parts).encode()).hexdigest()[:16]
