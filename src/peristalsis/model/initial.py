@@ -16,7 +16,8 @@ from ..geometry.tube import lumen_volume
 from ..tissue.cells import plant
 from ..tissue.rest import RestState, rest_state
 from ..wall.passive import passive_tension
-from .equilibrium import CONVERGED, REASONS, LumenConstants, Step, solve_equilibrium
+from .constants import LumenConstants, Step
+from .equilibrium import CONVERGED, REASONS, solve_equilibrium
 from .model import Layer, Model
 from .state import PelletState, SheetState, State, WallState
 
@@ -118,7 +119,7 @@ def _inflate_and_insert(model: Model) -> tuple[Floats, Floats, Floats, float]:
         pellet = model.pellet._replace(present=radius > 0.0, radius=max(radius, 1e-3), frame=0.0, volume=0.0)
         step = Step(0.0, False, model.start_position, 0.0)
         lumen = LumenConstants(constant, 1.0, 0.0)
-        code: int = solve_equilibrium(
+        code = solve_equilibrium(
             rho,
             zeta,
             contact,

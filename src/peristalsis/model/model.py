@@ -18,7 +18,7 @@ from ..tissue.cells import plant
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
 from ..wall.membrane import WallConstants
-from .equilibrium import LumenConstants, PelletConstants
+from .constants import LumenConstants, PelletConstants, packed
 
 Floats = NDArray[np.float64]
 
@@ -104,6 +104,11 @@ class Model:
         """Gate tables of the autonomous pacemaker cell for a whole and a half step."""
         constants = self.cell if self.pacemaker_cell is None else self.pacemaker_cell.constants
         return plant.gate_table(self.dt_cell, constants), plant.gate_table(0.5 * self.dt_cell, constants)
+
+    @cached_property
+    def packed(self) -> tuple[Floats, Floats, Floats]:
+        """Constants of wall, pellet and lumen as flat arrays."""
+        return packed(self.wall), packed(self.pellet), packed(self.lumen)
 
     def stages(self, layer: Layer, stretch: Floats, opened: float = 0.0) -> Floats:
         """Coefficients of the explicit step of a layer, with as many stages as stability asks for, Eq. (31).

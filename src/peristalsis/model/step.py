@@ -14,14 +14,13 @@ from ..control.sequence import observe_activation, observe_tension, trigger_curr
 from ..errors import DivergenceError
 from ..numerics.rates import rate_formula
 from ..numerics.transfer import average
-from ..pellet.contact import axial_force
-from ..pellet.friction import sliding_velocity
 from ..tissue.cells.plant import CellConstants
 from ..tissue.sheet import advance_sheet
-from .equilibrium import CONVERGED, REASONS, Step, solve_equilibrium
-from .fields import axial_tension_of_elements, column, stretch_of_elements
+from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, REASONS, solve_packed
+from .fields import axial_tension_of_elements, stretch_of_elements
 from .model import ACTIVATION_LEVEL, Layer, Model, explicit_stages
 from .state import PelletState, SheetState, State, WallState
+from .wall_step import finish_step, prepare_step
 
 Floats = NDArray[np.float64]
 
@@ -243,80 +242,88 @@ def _try_wall(
 ) -> tuple[int, _Solved | None]:
     """One implicit step of the axisymmetric wall; None with the reason's code when it does not converge."""
     formula = rate_formula(dt, wall.step_before, model.second_order)
-    position, before = wall.position[:, 0, :], wall.position_before[:, 0, :]
-    history = np.ascontiguousarray(formula.history(position, before)[:, [0, 2]].T)
-    velocity_history = np.ascontiguousarray(
-        formula.history(wall.velocity[:, 0, :], wall.velocity_before[:, 0, :])[:, [0, 2]].T
-    )
-    stretch = stretch_of_elements(wall.position, model.wall.element_size)[:, 0]
-    stretch_before = stretch_of_elements(wall.position_before, model.wall.element_size)[:, 0]
-    stretch_history = formula.history(stretch, stretch_before)
-    hoop_history = history[0] / model.wall.radius
-    trend = 1.0 + 0.5 * dt / wall.step_before if wall.step_before > 0.0 else 1.0
-    guess = position + dt * (trend * wall.velocity[:, 0, :] - (trend - 1.0) * wall.velocity_before[:, 0, :])
-    guess[[0, -1]] = position[[0, -1]]  # the clamped ends, to the last bit
-    rho, zeta = np.ascontiguousarray(guess[:, 0]), np.ascontiguousarray(guess[:, 2])
-    density = wall.contact[:, 0].copy()
-    weight = density / density.sum() if density.sum() > 0.0 else np.zeros_like(density)
-    second = model.second_order and wall.step_before > 0.0
-    pellet_history = pellet.position + (0.5 * dt * pellet.velocity if second else 0.0)
-    pellet_weight = 0.5 * dt if second else dt
-    scalars = np.array([pressure, pellet.position + dt * pellet.velocity, pellet.axial_force])
-    code, iterations, assemblies = solve_equilibrium(
+    n = wall.position.shape[0]
+    rho, zeta, density, known = np.empty(n), np.empty(n), np.empty(n), np.zeros((KNOWN, n))
+    centre = pellet.position + dt * pellet.velocity
+    wall_numbers, pellet_numbers, lumen_numbers = model.packed
+    if not prepare_step(
+        wall.position,
+        wall.position_before,
+        wall.velocity,
+        wall.velocity_before,
+        wall.contact,
+        wall.stretch_rate,
+        wall.hoop_rate,
+        wall.drive,
+        drive,
+        wall.step_before,
+        dt,
+        formula.older,
+        formula.inverse,
+        centre,
+        wall_numbers,
+        pellet_numbers,
         rho,
         zeta,
         density,
-        scalars,
-        history,
-        velocity_history,
-        stretch_history,
-        hoop_history,
-        np.ascontiguousarray(drive[0, :, 0]),
-        np.ascontiguousarray(drive[1, :, 0]),
-        weight,
-        Step(formula.inverse, model.inertia, pellet_history, pellet_weight),
-        model.wall,
-        model.pellet,
-        model.lumen,
-        model.tolerance,
-        model.gap_tolerance,
-        model.max_newton,
+        known,
+    ):
+        return OUT_OF_RANGE, None
+    second = model.second_order and wall.step_before > 0.0
+    pellet_weight = 0.5 * dt if second else dt
+    pellet_history = pellet.position + (0.5 * dt * pellet.velocity if second else 0.0)
+    scalars = np.array([pressure, centre, pellet.axial_force])
+    settings = np.array(
+        [
+            formula.inverse,
+            model.inertia,
+            pellet_history,
+            pellet_weight,
+            model.tolerance,
+            model.gap_tolerance,
+            model.max_newton,
+        ],
+        dtype=np.float64,
+    )
+    code, iterations, assemblies = solve_packed(
+        rho, zeta, density, scalars, known, wall_numbers, pellet_numbers, lumen_numbers, settings
     )
     if code != CONVERGED:
         return code, None
-    new = np.empty_like(wall.position)
-    new[:, 0, 0], new[:, 0, 1], new[:, 0, 2] = rho, wall.position[:, 0, 1], zeta
-    velocity = (new - formula.history(wall.position, wall.position_before)) * formula.inverse
-    velocity[:, :, 1] = 0.0
-    velocity[[0, -1]] = 0.0
-    new_stretch = stretch_of_elements(new, model.wall.element_size)[:, 0]
+    numbers = np.array([scalars[0], scalars[1], 0.0, 0.0])
+    new, velocity, contact = np.empty_like(wall.position), np.empty_like(wall.position), np.empty_like(wall.contact)
+    stretch_rate, hoop_rate = np.empty_like(wall.stretch_rate), np.empty_like(wall.hoop_rate)
+    finish_step(
+        rho,
+        zeta,
+        density,
+        known,
+        wall.position,
+        formula.inverse,
+        pellet_history,
+        pellet_weight,
+        wall_numbers,
+        pellet_numbers,
+        numbers,
+        new,
+        velocity,
+        contact,
+        stretch_rate,
+        hoop_rate,
+    )
     after = WallState(
         position=new,
         position_before=wall.position,
         velocity=velocity,
         velocity_before=wall.velocity,
-        contact=density[:, None],
-        stretch_rate=((new_stretch - stretch_history) * formula.inverse)[:, None],
-        hoop_rate=((rho / model.wall.radius - hoop_history) * formula.inverse)[:, None],
+        contact=contact,
+        stretch_rate=stretch_rate,
+        hoop_rate=hoop_rate,
         drive=drive,
         step_before=dt,
     )
-    moved = _move_pellet(model, after, weight, float(scalars[1]), pellet_history, pellet_weight)
-    return code, _Solved(after, moved, float(scalars[0]), iterations, assemblies, 1)
-
-
-def _move_pellet(
-    model: Model, wall: WallState, weight: Floats, centre: float, history: float, step: float
-) -> PelletState:
-    """Velocity from the stored contact by the friction law, and the position that goes with it, Eqs. (13), (34)."""
-    if not model.pellet.present:
-        return PelletState(centre, 0.0, 0.0)
-    area = 2.0 * np.pi * model.wall.radius * model.wall.element_size
-    rho, zeta, contact = column(wall.position, 0, 0), column(wall.position, 0, 2), column(wall.contact, 0)
-    force = axial_force(rho, zeta, contact, centre, model.pellet.radius, area)
-    sliding, _ = sliding_velocity(force, model.pellet.viscous, model.pellet.dry)
-    velocity = sliding + model.pellet.frame * float(weight @ wall.velocity[:, 0, 2])
-    return PelletState(history + step * velocity, velocity, force)
+    lumen_pressure, centre, speed, force = numbers.tolist()
+    return code, _Solved(after, PelletState(centre, speed, force), lumen_pressure, iterations, assemblies, 1)
 
 
 def _listen(model: Model, state: State, time: float) -> State:

@@ -2,6 +2,9 @@
 
 A step of length dt is G(dt/2) V(dt) G(dt/2): gates relax exactly at a held potential (Strang), the potential takes
 one stabilised explicit step of second order with held gates. Neighbouring half steps of the gates are one full step.
+
+Tissue that the wave has not reached is at rest. One step in REVIEW, the first of a call among them, moves every cell;
+rings outside the stretch in which anything changed then, with a margin, wait until the next such step.
 """
 
 from __future__ import annotations
@@ -10,10 +13,17 @@ import math
 
 import numpy as np
 
-from ..numerics.compiled import compiled
+from ..numerics.compiled import INDEX, compiled
 from .cells import plant
 from .cells.plant import CellConstants
-from .conduction import diffuse, fill_ghosts
+from .conduction import diffuse_rings, fill_ghosts
+
+QUIET_POTENTIAL, QUIET_GATE = 1e-9, 1e-11
+"""Changes in a step [mV], and of a gate, below which a cell counts as resting."""
+REVIEW = 8
+"""Steps from one that moves every cell to the next."""
+MARGIN = 8
+"""Rings beyond the outermost that changed that are advanced with them."""
 
 
 @compiled
@@ -43,77 +53,133 @@ def advance_sheet(
     n_z*n_theta, flattened (z, theta). gates: (4, n). conductances [mS/cm^2]: (5, n). coefficient: see
     `conduction.diffuse`, in 1/ms. drive: stimulus current [uA/cm^2], inward positive, and shunt: extra
     conductance [mS/cm^2], whose current at 0 mV is part of the drive; both held over the call. stages: coefficients
-    of `numerics.stabilised`, (s, 4), enough of them for dt.
+    of `numerics.stabilised`, (s, 4), enough of them for dt. exact: no tables, and no cell waits.
     """
     size = potential.size
-    first = 2 * n_theta
-    padded = np.empty((3, size + 4 * n_theta))
-    inside = padded[:, first : first + size]
-    v = np.empty(size)
+    ghosts = 2 * n_theta
+    padded = np.empty((3, size + 2 * ghosts))
+    v = potential.copy()
     flux = np.zeros(size + 3 * n_theta)
     spread = np.zeros(size)
-    rate_0 = np.empty(size)
-    rate = np.empty(size)
-    cubed = np.empty(size)
-    fast = np.empty(size)
-    slope = np.empty(size)
-    offset = np.empty(size)
+    work = np.empty((5, size))  # rate of the first stage, m^3, and the three coefficients of the current
     conducts = coefficient.size == size - n_theta and size > n_theta
     scale = dt * constants.kinetics_rate / constants.capacitance
     per_capacitance = dt / constants.capacitance
-    calcium = constants.calcium_reversal
-    v[:] = potential
-    bad = plant.out_of_range(v)
+    low, high = 0, size
+    bad = plant.first_outside(v, low, high)
     if bad >= 0:
         return bad
-    plant.relax_gates(v, gates, half_table, exact, 0.5 * dt, constants, cubed)
+    gates_before = gates.copy()
+    plant.relax_cells(v, gates, half_table, exact, 0.5 * dt, constants, work[1], low, high)
     for step in range(n_steps):
-        for k in range(size):
-            f, s, o = plant.current_coefficients(
-                gates[0, k], gates[1, k], gates[2, k], gates[3, k], conductances, k, constants
-            )
-            opened = per_capacitance * shunt[k]
-            fast[k] = scale * f
-            slope[k] = scale * s + opened
-            offset[k] = scale * o + per_capacitance * drive[k]
-        inside[0] = v
+        review = step % REVIEW == 0 and step < n_steps - 1 and not exact
+        if review:
+            low, high = 0, size
+            if step > 0:
+                gates_before[:] = gates
+        _coefficients(gates, conductances, drive, shunt, scale, per_capacitance, constants, low, high, work)
+        padded[0, ghosts : ghosts + size] = v
         for j in range(stages.shape[0]):
-            last = inside[j % 3]
+            now = padded[j % 3]
             if j > 0:
-                bad = plant.out_of_range(last)
+                bad = plant.first_outside(now[ghosts : ghosts + size], low, high)
                 if bad >= 0:
                     return bad
-                plant.activation_cubed(last, table, exact, cubed)
+                plant.activation_cubed(now[ghosts : ghosts + size], table, exact, work[1], low, high)
             if conducts:
-                fill_ghosts(padded[j % 3], n_theta)
-                diffuse(padded[j % 3], coefficient, flux, spread, n_theta)
-            mu, nu, mu_rate, gamma_rate = stages[j]
-            start = 1.0 - mu - nu
-            new = inside[(j + 1) % 3]
-            if j == 0:
-                for k in range(size):
-                    x = v[k]
-                    rate_0[k] = dt * spread[k] - fast[k] * cubed[k] * (x - calcium) - slope[k] * x + offset[k]
-                    new[k] = x + mu_rate * rate_0[k]
-            else:
-                older = inside[(j + 2) % 3]
-                for k in range(size):
-                    x = last[k]
-                    rate[k] = dt * spread[k] - fast[k] * cubed[k] * (x - calcium) - slope[k] * x + offset[k]
-                    new[k] = start * v[k] + mu * x + nu * older[k] + mu_rate * rate[k] + gamma_rate * rate_0[k]
-        new = inside[stages.shape[0] % 3]
-        bad = plant.out_of_range(new)
+                fill_ghosts(now, n_theta)
+                diffuse_rings(now, coefficient, flux, spread, n_theta, low, high)
+            _stage(v, padded, j, ghosts, stages[j], dt, spread, constants.calcium_reversal, low, high, work)
+        new = padded[stages.shape[0] % 3, ghosts : ghosts + size]
+        bad = plant.first_outside(new, low, high)
         if bad >= 0:
             return bad
-        for k in range(size):
+        moved_low, moved_high = size, 0
+        for k in range(low, high):
             if v[k] < activation_level and new[k] >= activation_level:
                 last_activation[k] = time + dt * (step + (activation_level - v[k]) / (new[k] - v[k]))
                 if math.isnan(first_activation[k]):
                     first_activation[k] = last_activation[k]
+        last = step == n_steps - 1
+        relaxing, span = (half_table, 0.5 * dt) if last else (table, dt)
+        if review:
+            for k in range(size):
+                if not abs(new[k] - v[k]) <= QUIET_POTENTIAL:
+                    moved_low = min(moved_low, k)
+                    moved_high = k
+        for k in range(low, high):
             v[k] = new[k]
-        if step < n_steps - 1:
-            plant.relax_gates(v, gates, table, exact, dt, constants, cubed)
-        else:
-            plant.relax_gates(v, gates, half_table, exact, 0.5 * dt, constants, cubed)
+        plant.relax_cells(v, gates, relaxing, exact, span, constants, work[1], low, high)
+        if review:
+            for g in range(4):
+                for k in range(size):
+                    if not abs(gates[g, k] - gates_before[g, k]) <= QUIET_GATE:
+                        moved_low = min(moved_low, k)
+                        moved_high = max(moved_high, k)
+            low = max(moved_low // n_theta - MARGIN, 0) * n_theta
+            high = min(moved_high // n_theta + 1 + MARGIN, size // n_theta) * n_theta
+            high = max(low, high)
+            # The rings next to the stretch keep their potential in every stage.
+            for row in range(1, 3):
+                padded[row, ghosts : ghosts + size] = v
     potential[:] = v
     return -1
+
+
+@compiled
+def _coefficients(
+    gates: np.ndarray,
+    conductances: np.ndarray,
+    drive: np.ndarray,
+    shunt: np.ndarray,
+    scale: float,
+    per_capacitance: float,
+    constants: CellConstants,
+    low: int,
+    high: int,
+    work: np.ndarray,
+) -> None:
+    """Change of potential over a step is -work[2] m^3 (V - V_Ca) - work[3] V + work[4], by the held gates."""
+    low, high = low & INDEX, high & INDEX
+    for k in range(low, high):
+        fast, slope, offset = plant.current_coefficients(
+            gates[0, k], gates[1, k], gates[2, k], gates[3, k], conductances, k, constants
+        )
+        work[2, k] = scale * fast
+        work[3, k] = scale * slope + per_capacitance * shunt[k]
+        work[4, k] = scale * offset + per_capacitance * drive[k]
+
+
+@compiled
+def _stage(
+    v: np.ndarray,
+    padded: np.ndarray,
+    j: int,
+    ghosts: int,
+    stage: np.ndarray,
+    dt: float,
+    spread: np.ndarray,
+    calcium: float,
+    low: int,
+    high: int,
+    work: np.ndarray,
+) -> None:
+    """Stage j of the step of the potential, from row j to row j + 1 of `padded` (counted by three)."""
+    low, high, ghosts = low & INDEX, high & INDEX, ghosts & INDEX
+    size = v.size
+    mu, nu, mu_rate, gamma_rate = stage[0], stage[1], stage[2], stage[3]
+    start = 1.0 - mu - nu
+    now = padded[j % 3, ghosts : ghosts + size]
+    new = padded[(j + 1) % 3, ghosts : ghosts + size]
+    older = padded[(j + 2) % 3, ghosts : ghosts + size]
+    if j == 0:
+        for k in range(low, high):
+            x = v[k]
+            rate = dt * spread[k] - work[2, k] * work[1, k] * (x - calcium) - work[3, k] * x + work[4, k]
+            work[0, k] = rate
+            new[k] = x + mu_rate * rate
+        return
+    for k in range(low, high):
+        x = now[k]
+        rate = dt * spread[k] - work[2, k] * work[1, k] * (x - calcium) - work[3, k] * x + work[4, k]
+        new[k] = start * v[k] + mu * x + nu * older[k] + mu_rate * rate + gamma_rate * work[0, k]

@@ -14,9 +14,24 @@ from scipy.optimize import brentq
 
 from peristalsis.build import build
 from peristalsis.model.equilibrium import CONVERGED, LumenConstants, PelletConstants, Step, solve_equilibrium
-from peristalsis.numerics.banded import HALF_WIDTH
+from peristalsis.numerics.block_band import PADDING, ROWS
 from peristalsis.wall.active import ActiveConstants
-from peristalsis.wall.membrane import WallConstants, assemble_wall
+from peristalsis.wall.assembly import (
+    FORCE_R,
+    FORCE_Z,
+    HISTORY_HOOP,
+    HISTORY_R,
+    HISTORY_STRETCH,
+    HISTORY_Z,
+    KNOWN_ROWS,
+    VOLUME_R,
+    VOLUME_Z,
+    WALL_ROWS,
+    set_drives,
+    wall_forces,
+    wall_tangent,
+)
+from peristalsis.wall.membrane import WallConstants
 from peristalsis.wall.passive import PassiveConstants
 
 from .runs import EXACT, configured
@@ -86,25 +101,35 @@ def assembled(
     histories: tuple[Floats, Floats] | None = None,
     drives: tuple[Floats, Floats] | None = None,
     places: Floats | None = None,
+    pressure: float = 0.0,
 ) -> tuple[Floats, Floats]:
-    """Residual (2n,) and dense tangent (2n, 2n) of the package's wall; without histories it is at rest where it is."""
+    """Residual (2n,) and dense tangent (2n, 2n) of the package's wall; without histories it is at rest where it is.
+
+    Zero at the clamped end nodes, which have no equation.
+    """
     n = rho.size
     stretch_history, hoop_history = histories if histories is not None else (np.ones(n - 1), np.ones(n))
     active_l, active_c = drives if drives is not None else (np.zeros(2 * n - 2), np.zeros(2 * n - 2))
-    history = np.stack([rho, zeta]) if places is None else places
-    residual, band = np.zeros(2 * n), np.zeros((2 * n, 2 * HALF_WIDTH + 1))
-    known = (rho, zeta, history, stretch_history, hoop_history, slope, active_l, active_c, c)
-    assert assemble_wall(*known, residual, band), "the trial state was refused"
-    return residual, dense(band)
+    known = np.zeros((KNOWN_ROWS, n))
+    known[HISTORY_R : HISTORY_Z + 1] = np.stack([rho, zeta]) if places is None else places
+    known[HISTORY_STRETCH, :-1], known[HISTORY_HOOP] = stretch_history, hoop_history
+    set_drives(active_l, active_c, known)
+    work, system = np.zeros((WALL_ROWS, n)), np.zeros((ROWS, n + PADDING))
+    assert wall_forces(rho, zeta, known, slope, c, 1, n - 2, work), "the trial state was refused"
+    wall_tangent(rho, zeta, pressure, slope, c, 1, n - 2, work, system)
+    forces = work[FORCE_R : FORCE_Z + 1] - pressure * work[VOLUME_R : VOLUME_Z + 1]
+    return forces.T.ravel(), dense(system)
 
 
-def dense(band: Floats) -> Floats:
-    """The full matrix of a band stored by rows."""
-    n, half = band.shape[0], band.shape[1] // 2
-    full = np.zeros((n, n))
+def dense(system: Floats) -> Floats:
+    """The full matrix (2n, 2n) of block rows; rows of nodes that were not assembled are zero."""
+    n = system.shape[1] - PADDING
+    full = np.zeros((2 * n, 2 * n))
     for i in range(n):
-        for j in range(max(0, i - half), min(n, i + half + 1)):
-            full[i, j] = band[i, half + j - i]
+        for block in range(5):
+            j = i + block - 2
+            if 0 <= j < n:
+                full[2 * i : 2 * i + 2, 2 * j : 2 * j + 2] = system[4 * block : 4 * block + 4, i].reshape(2, 2)
     return full
 
 
