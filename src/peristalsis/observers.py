@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .model.balance import work_of_step
+from .model.bookkeeping import reactions
 from .model.contact_summary import contact_summary
-from .model.fields import contact_pressure, corner_tensions, end_reactions, nodal, nodal_tensions, stretch_of_elements
+from .model.fields import contact_pressure, corner_tensions, nodal, nodal_tensions, stretch_of_elements
 from .model.model import Model
 from .model.state import State
 from .model.step import StepReport
 from .names import SCALARS
-from .pellet.friction import sliding_velocity
+from .pellet.friction import speed_at
 from .tissue.cells.plant import GATES
 from .wall import membrane
 
@@ -76,10 +77,19 @@ class ScalarRecorder:
 
     def _row(self, model: Model, state: State, iterations: int) -> tuple[float, ...]:
         contact = contact_summary(model, state)
-        oral, anal, slack = end_reactions(state.wall, model.wall, state.pressure)
+        wall = state.wall
+        oral, anal, slack = reactions(
+            wall.position,
+            wall.velocity,
+            wall.stretch_rate,
+            wall.hoop_rate,
+            wall.drive,
+            state.pressure,
+            model.packed[0],
+        )
         pellet = model.pellet
         position = state.pellet.position if pellet.present else math.nan
-        speed, _ = sliding_velocity(state.pellet.axial_force, pellet.viscous, pellet.dry)
+        speed = speed_at(state.pellet.axial_force, pellet.viscous, pellet.dry)
         viscous = -pellet.viscous * speed
         return (
             position,

@@ -6,17 +6,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..geometry.tube import lumen_volume
-from ..numerics.compiled import compiled
-from ..pellet.friction import sliding_velocity
-from ..wall.membrane import PARTS, WallConstants, corner_tension
-from .fields import column
+from ..pellet.friction import speed_at
+from .bookkeeping import wall_work
 from .model import Model
-from .state import State, WallState
-
-Floats = NDArray[np.float64]
+from .state import State
 
 
 class Work(NamedTuple):
@@ -37,48 +31,32 @@ class Work(NamedTuple):
 
 def work_of_step(model: Model, before: State, after: State) -> Work:
     """Trapezoidal work of every term between two states a step apart (axisymmetric wall)."""
-    parts = np.zeros(4)
     old, new = before.wall, after.wall
-    rho_0, zeta_0 = column(old.position, 0, 0), column(old.position, 0, 2)
-    rho_1, zeta_1 = column(new.position, 0, 0), column(new.position, 0, 2)
-    _wall_work(
-        rho_0,
-        zeta_0,
-        column(old.stretch_rate, 0),
-        column(old.hoop_rate, 0),
-        np.ascontiguousarray(old.drive[:, :, 0]),
-        rho_1,
-        zeta_1,
-        column(new.stretch_rate, 0),
-        column(new.hoop_rate, 0),
-        np.ascontiguousarray(new.drive[:, :, 0]),
-        model.wall,
+    parts = np.empty(4)
+    volume_0, volume_1 = wall_work(
+        old.position,
+        old.velocity,
+        old.stretch_rate,
+        old.hoop_rate,
+        old.drive,
+        new.position,
+        new.velocity,
+        new.stretch_rate,
+        new.hoop_rate,
+        new.drive,
+        model.packed[0],
         parts,
     )
-    parts[2] += _bending_loss(model, old, new)
+    stored, active, viscous, floor = parts.tolist()
     pellet_volume = model.pellet.volume if model.pellet.present else 0.0
-    gas = _gas_energy(model, lumen_volume(rho_0, zeta_0) - pellet_volume)
-    gas -= _gas_energy(model, lumen_volume(rho_1, zeta_1) - pellet_volume)
+    gas = _gas_energy(model, volume_0 - pellet_volume) - _gas_energy(model, volume_1 - pellet_volume)
     kinetic = 0.0
     if model.inertia:
         mass = 2.0 * math.pi * model.wall.radius * model.wall.element_size * model.wall.surface_density
         squares = [float((wall.velocity[:, 0, [0, 2]] ** 2).sum()) for wall in (old, new)]
         kinetic = 0.5 * mass * (squares[1] - squares[0])
-    dt = model.dt_wall
-    lost_pellet = 0.5 * dt * (_friction_power(model, before) + _friction_power(model, after))
-    return Work(-parts[1], gas, parts[0], parts[2] + parts[3], lost_pellet, kinetic)
-
-
-def _bending_loss(model: Model, old: WallState, new: WallState) -> float:
-    """Work lost in the bending viscosity [mN cm]: its trapezoidal force on the change of curvature."""
-    wall = model.wall
-
-    def second(field: Floats) -> Floats:
-        return np.asarray(field[:-2, 0] - 2.0 * field[1:-1, 0] + field[2:, 0])[:, [0, 2]]
-
-    mean = 0.5 * (second(old.velocity) + second(new.velocity))
-    change = second(new.position) - second(old.position)
-    return float(2.0 * math.pi * wall.radius * wall.bending_viscosity / wall.element_size**3 * (mean * change).sum())
+    lost_pellet = 0.5 * model.dt_wall * (_friction_power(model, before) + _friction_power(model, after))
+    return Work(-active, gas, stored, viscous + floor, lost_pellet, kinetic)
 
 
 def _gas_energy(model: Model, volume: float) -> float:
@@ -94,57 +72,5 @@ def _gas_energy(model: Model, volume: float) -> float:
 def _friction_power(model: Model, state: State) -> float:
     if not model.pellet.present:
         return 0.0
-    speed, _ = sliding_velocity(state.pellet.axial_force, model.pellet.viscous, model.pellet.dry)
+    speed = speed_at(state.pellet.axial_force, model.pellet.viscous, model.pellet.dry)
     return model.pellet.viscous * speed * speed + model.pellet.dry * abs(speed)
-
-
-@compiled
-def _wall_work(
-    rho_0: np.ndarray,
-    zeta_0: np.ndarray,
-    stretch_rate_0: np.ndarray,
-    hoop_rate_0: np.ndarray,
-    drive_0: np.ndarray,
-    rho_1: np.ndarray,
-    zeta_1: np.ndarray,
-    stretch_rate_1: np.ndarray,
-    hoop_rate_1: np.ndarray,
-    drive_1: np.ndarray,
-    c: WallConstants,
-    out: np.ndarray,
-) -> None:
-    """Work on the wall by part into `out`: passive with bending, active, viscous, and what the floor adds."""
-    old = np.empty(PARTS)
-    new = np.empty(PARTS)
-    out[:] = 0.0
-    h = c.element_size
-    for e in range(rho_0.size - 1):
-        stretch_0 = math.hypot(rho_0[e + 1] - rho_0[e], zeta_0[e + 1] - zeta_0[e]) / h
-        stretch_1 = math.hypot(rho_1[e + 1] - rho_1[e], zeta_1[e + 1] - zeta_1[e]) / h
-        for i in (e, e + 1):
-            k = e + i
-            hoop_0 = rho_0[i] / c.radius
-            hoop_1 = rho_1[i] / c.radius
-            corner_tension(stretch_0, hoop_0, stretch_rate_0[e], hoop_rate_0[i], drive_0[0, k], drive_0[1, k], c, old)
-            corner_tension(stretch_1, hoop_1, stretch_rate_1[e], hoop_rate_1[i], drive_1[0, k], drive_1[1, k], c, new)
-            for layer in range(2):
-                across_0 = (stretch_0 if layer else hoop_0) if c.published else 1.0
-                across_1 = (stretch_1 if layer else hoop_1) if c.published else 1.0
-                change = (hoop_1 - hoop_0) if layer else (stretch_1 - stretch_0)
-                total = 0.0
-                for part in range(4):
-                    mean = 0.5 * (old[4 * layer + part] * across_0 + new[4 * layer + part] * across_1)
-                    if part < 3:
-                        out[part] += mean * change
-                        total += mean * change
-                    else:
-                        out[3] += mean * change - total
-    for part in range(4):
-        out[part] *= math.pi * c.radius * h
-    bending = 0.0
-    for i in range(1, rho_0.size - 1):
-        bending += (rho_1[i - 1] - 2.0 * rho_1[i] + rho_1[i + 1]) ** 2
-        bending += (zeta_1[i - 1] - 2.0 * zeta_1[i] + zeta_1[i + 1]) ** 2
-        bending -= (rho_0[i - 1] - 2.0 * rho_0[i] + rho_0[i + 1]) ** 2
-        bending -= (zeta_0[i - 1] - 2.0 * zeta_0[i] + zeta_0[i + 1]) ** 2
-    out[0] += math.pi * c.radius * c.bending_stiffness / h**3 * bending

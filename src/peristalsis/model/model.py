@@ -47,6 +47,11 @@ class Layer:
     force_factor: float
     threshold: float
 
+    @cached_property
+    def leakiness(self) -> float:
+        """Largest sum of the conductances of a cell [mS/cm^2]."""
+        return float(self.conductances.sum(axis=0).max())
+
 
 @dataclass(frozen=True)
 class PacemakerCell:
@@ -110,15 +115,13 @@ class Model:
         """Constants of wall, pellet and lumen as flat arrays."""
         return packed(self.wall), packed(self.pellet), packed(self.lumen)
 
-    def stages(self, layer: Layer, stretch: Floats, opened: float = 0.0) -> Floats:
+    def stages(self, layer: Layer, stretch: Floats | float, opened: float = 0.0) -> Floats:
         """Coefficients of the explicit step of a layer, with as many stages as stability asks for, Eq. (31).
 
-        stretch: longitudinal, of the elements; a shortened wall conducts better per undeformed length, Eq. (11).
-        opened: largest inhibitory conductance [mS/cm^2].
+        stretch: longitudinal, of the elements, or the smallest; a shortened wall conducts better per undeformed
+        length, Eq. (11). opened: largest inhibitory conductance [mS/cm^2].
         """
-        rate = self.cell.kinetics_rate * float(layer.conductances.sum(axis=0).max()) / self.cell.capacitance
-        rate += opened / self.cell.capacitance
+        rate = (layer.leakiness * self.cell.kinetics_rate + opened) / self.cell.capacitance
         if layer.conducts:
-            decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
-            rate += decay / float(stretch.min())
+            rate += largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size) / float(np.min(stretch))
         return explicit_stages(rate, self.dt_cell)

@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..control.pulses import add_pulses, covered
-from ..control.reflex import observe_stretch
-from ..control.sequence import observe_activation, observe_tension, trigger_current
+from ..control.reflex import forget, observe_stretch, refractory
+from ..control.sequence import LOCAL_RULES, add_trigger_current, observe_activation, observe_tension
 from ..errors import DivergenceError
 from ..numerics.rates import rate_formula
 from ..numerics.transfer import average
 from ..tissue.cells.plant import CellConstants
 from ..tissue.sheet import advance_sheet
 from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, REASONS, solve_packed
-from .fields import axial_tension_of_elements, stretch_of_elements
+from .exchange import active_force, conduction_coefficient, drive_of_layer, stretch_ahead
+from .fields import axial_tension_of_elements
 from .model import ACTIVATION_LEVEL, Layer, Model, explicit_stages
 from .state import PelletState, SheetState, State, WallState
 from .wall_step import finish_step, prepare_step
@@ -38,14 +39,17 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
     """The state one wall step later, and what it took. Raises DivergenceError naming field, place and time."""
     start = state.step * model.dt_wall
     stop = (state.step + 1) * model.dt_wall
-    stretch = _stretch_ahead(model, state.wall)
+    stretch, least = _stretch_ahead(model, state.wall)
     stimuli = _stimuli(model, state, start, stop)
-    longitudinal = _advance_layer(model, "longitudinal", state.longitudinal, stretch, stimuli.longitudinal, start)
-    circular = _advance_layer(model, "circular", state.circular, stretch, stimuli.circular, start)
-    pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)
-    drive = np.stack(
-        [muscle_drive(model, model.longitudinal, longitudinal), muscle_drive(model, model.circular, circular)]
+    longitudinal = _advance_layer(
+        model, "longitudinal", state.longitudinal, stretch, least, stimuli.longitudinal, start
     )
+    circular = _advance_layer(model, "circular", state.circular, stretch, least, stimuli.circular, start)
+    pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)
+    drive = np.empty_like(state.wall.drive)
+    weights = model.grid.cells_to_half_elements
+    for k, (layer, sheet) in enumerate(((model.longitudinal, longitudinal), (model.circular, circular))):
+        drive_of_layer(*weights, sheet.potential, layer.threshold, layer.force_factor, drive[k])
     solved = _solve_wall(
         model, state.wall, state.pellet, state.pressure, drive, model.dt_wall, model.max_halvings, stop
     )
@@ -64,31 +68,36 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
     """Force factor times phi+ [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
-    source = layer.force_factor * np.maximum(sheet.potential - layer.threshold, 0.0)
     target = np.empty((2 * model.grid.n_z_wall, model.grid.n_theta))
-    average(model.grid.cells_to_half_elements, source, target)
+    weights = model.grid.cells_to_half_elements
+    drive_of_layer(*weights, sheet.potential, layer.threshold, layer.force_factor, target)
     return target
 
 
-def _stretch_ahead(model: Model, wall: WallState) -> Floats:
-    """Longitudinal stretch of the elements extrapolated to the middle of the coming step."""
-    now = stretch_of_elements(wall.position, model.wall.element_size)
-    if wall.step_before == 0.0:
-        return now
-    before = stretch_of_elements(wall.position_before, model.wall.element_size)
-    return np.maximum(now + 0.5 * model.dt_wall / wall.step_before * (now - before), 0.5 * now)
+def _stretch_ahead(model: Model, wall: WallState) -> tuple[Floats, float]:
+    """Longitudinal stretch of the elements extrapolated to the middle of the coming step, and the smallest."""
+    stretch = np.empty_like(wall.stretch_rate)
+    ahead = 0.5 * model.dt_wall / wall.step_before if wall.step_before > 0.0 else 0.0
+    least = stretch_ahead(wall.position, wall.position_before, model.wall.element_size, ahead, stretch)
+    return stretch, least
 
 
-class _Stimulus(NamedTuple):
-    """Current at 0 mV [uA/cm^2], inward positive, and conductance [mS/cm^2] added to every cell over a step."""
+@dataclass
+class _Stimulus:
+    """Current at 0 mV [uA/cm^2], inward positive, and conductance [mS/cm^2] added to every cell over a step.
+
+    opened: the largest of the conductances.
+    """
 
     current: Floats
     conductance: Floats
+    opened: float = 0.0
 
-    def open(self, conductance: Floats, reversal: Floats | float) -> None:
+    def open(self, conductance: Floats, reversal: float) -> None:
         """Add a conductance [mS/cm^2] towards a reversal potential [mV]."""
         np.add(self.conductance, conductance, out=self.conductance)
         np.add(self.current, conductance * reversal, out=self.current)
+        self.opened = float(self.conductance.max())
 
 
 class _Stimuli(NamedTuple):
@@ -110,10 +119,12 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
             add_pulses(train.between(start, stop), grid.cells, grid.cell_size, start, stop, layer.current)
     current = stimuli.circular.current
     add_pulses(state.reflex.excitation, grid.cells, grid.cell_size, start, stop, current)
-    current += trigger_current(model.trigger, state.trigger, start, stop)
-    inhibition = np.zeros(shape)
-    add_pulses(state.reflex.inhibition, grid.cells, grid.cell_size, start, stop, inhibition)
-    stimuli.circular.open(inhibition, model.cell.potassium_reversal)
+    if model.trigger.rule in LOCAL_RULES:
+        add_trigger_current(model.trigger, state.trigger, start, stop, current)
+    if state.reflex.inhibition:
+        inhibition = np.zeros(shape)
+        add_pulses(state.reflex.inhibition, grid.cells, grid.cell_size, start, stop, inhibition)
+        stimuli.circular.open(inhibition, model.cell.potassium_reversal)
     if model.pacemaker_cell is not None:
         # Each side sees the other's potential of the step before and its own of now: stable at any coupling.
         cell = model.pacemaker_cell
@@ -126,17 +137,15 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
 
 
 def _advance_layer(
-    model: Model, name: str, sheet: SheetState, stretch: Floats, stimulus: _Stimulus, start: float
+    model: Model, name: str, sheet: SheetState, stretch: Floats, least: float, stimulus: _Stimulus, start: float
 ) -> SheetState:
     grid = model.grid
     layer = model.longitudinal if name == "longitudinal" else model.circular
+    coefficient = np.empty((grid.n_z - 1 if layer.conducts else 0, grid.n_theta))
     if layer.conducts:
-        faces = np.empty((grid.n_z - 1, grid.n_theta))
-        average(grid.elements_to_faces, stretch, faces)
-        coefficient = (layer.diffusivity * 1e-3 / (24.0 * grid.cell_size) ** 2) / faces
-    else:
-        coefficient = np.empty((0, grid.n_theta))
-    stages = model.stages(layer, stretch, float(stimulus.conductance.max()))
+        scale = layer.diffusivity * 1e-3 / (24.0 * grid.cell_size) ** 2
+        conduction_coefficient(*grid.elements_to_faces, scale, stretch, coefficient)
+    stages = model.stages(layer, least, stimulus.opened)
     tissue = _Tissue(layer.conductances, coefficient, stages, model.tables, model.cell)
     return _advance_sheet(model, sheet, tissue, stimulus, start, f"{name} potential")
 
@@ -335,7 +344,9 @@ def _listen(model: Model, state: State, time: float) -> State:
     elif model.trigger.rule == "delay":
         trigger = observe_activation(model.trigger, trigger, state.longitudinal.last_activation * 1e-3, time)
     reflex = state.reflex
-    if model.reflex.enabled and model.pellet.present:
+    if model.reflex.enabled and model.pellet.present and refractory(model.reflex, reflex, time):
+        reflex = forget(reflex, time)
+    elif model.reflex.enabled and model.pellet.present:
         girth = state.wall.position[:, 0, 0] / model.free_radius
         touching = state.wall.contact[:, 0] > 0.0
         reflex = observe_stretch(model.reflex, reflex, grid.nodes, girth, touching, time)
@@ -349,7 +360,13 @@ def _sensed_tension(model: Model, state: State) -> Floats:
     if model.trigger.rule == "total":
         average(grid.elements_to_cells, axial_tension_of_elements(state.wall, model.wall), cells)
         return cells
-    average(grid.elements_to_cells, stretch_of_elements(state.wall.position, model.wall.element_size), cells)
-    muscle = model.wall.longitudinal
-    force = np.maximum((muscle.c7 * cells + muscle.c8) * cells + muscle.c9, 0.0)
-    return np.asarray(np.maximum(state.longitudinal.potential - model.longitudinal.threshold, 0.0) * force)
+    active_force(
+        *grid.elements_to_cells,
+        state.wall.position,
+        model.wall.element_size,
+        state.longitudinal.potential,
+        model.longitudinal.threshold,
+        np.array(model.wall.longitudinal),
+        cells,
+    )
+    return cells

@@ -16,3 +16,9 @@ def sliding_velocity(force: float, viscous: float, dry: float) -> tuple[float, f
     if force < -dry:
         return (force + dry) / viscous, 1.0 / viscous
     return 0.0, 0.0
+
+
+def speed_at(force: float, viscous: float, dry: float) -> float:
+    """`sliding_velocity` without its derivative."""
+    velocity: float = sliding_velocity(force, viscous, dry)[0]
+    return velocity

@@ -108,6 +108,31 @@ PARTS = 8
 ) = range(PARTS)
 
 
+@inlined
+def tension_parts(
+    stretch: float,
+    hoop: float,
+    stretch_rate: float,
+    hoop_rate: float,
+    drive_longitudinal: float,
+    drive_circular: float,
+    c: WallConstants,
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """The PARTS of Eq. (2) at one corner [mN/cm], in their order; the totals after the floor of Eq. (15)."""
+    wl, wc, _, _, _ = passive_tension(stretch, hoop, c.passive)
+    passive_l, _ = positive_part(wl, c.slack_blend)
+    passive_c, _ = positive_part(wc, c.slack_blend)
+    muscle_l, _ = active_tension(stretch, c.longitudinal)
+    muscle_c, _ = active_tension(hoop, c.circular)
+    active_l, active_c = drive_longitudinal * muscle_l, drive_circular * muscle_c
+    viscous_l, viscous_c = c.viscosity * stretch_rate, c.viscosity * hoop_rate
+    total_l, _ = floored(passive_l + active_l + viscous_l, c.slack_blend, c.slack_slope)
+    total_c, _ = floored(passive_c + active_c + viscous_c, c.slack_blend, c.slack_slope)
+    fold_l, _ = fold_resistance(stretch, c.fold_stretch, c.fold_tension)
+    fold_c, _ = fold_resistance(hoop, c.fold_stretch, c.fold_tension)
+    return passive_l, active_l, viscous_l, total_l + fold_l, passive_c, active_c, viscous_c, total_c + fold_c
+
+
 @compiled
 def corner_tension(
     stretch: float,
@@ -119,19 +144,10 @@ def corner_tension(
     c: WallConstants,
     parts: np.ndarray,
 ) -> None:
-    """The parts of Eq. (2) at one corner [mN/cm] into `parts` (8,); the totals after the floor of Eq. (15)."""
-    wl, wc, _, _, _ = passive_tension(stretch, hoop, c.passive)
-    parts[PASSIVE_LONGITUDINAL] = positive_part(wl, c.slack_blend)[0]
-    parts[PASSIVE_CIRCULAR] = positive_part(wc, c.slack_blend)[0]
-    parts[ACTIVE_LONGITUDINAL] = drive_longitudinal * active_tension(stretch, c.longitudinal)[0]
-    parts[ACTIVE_CIRCULAR] = drive_circular * active_tension(hoop, c.circular)[0]
-    parts[VISCOUS_LONGITUDINAL] = c.viscosity * stretch_rate
-    parts[VISCOUS_CIRCULAR] = c.viscosity * hoop_rate
-    for total in (TOTAL_LONGITUDINAL, TOTAL_CIRCULAR):
-        carried = parts[total - 3] + parts[total - 2] + parts[total - 1]
-        parts[total] = floored(carried, c.slack_blend, c.slack_slope)[0]
-    parts[TOTAL_LONGITUDINAL] += fold_resistance(stretch, c.fold_stretch, c.fold_tension)[0]
-    parts[TOTAL_CIRCULAR] += fold_resistance(hoop, c.fold_stretch, c.fold_tension)[0]
+    """`tension_parts` into `parts` (8,)."""
+    found = tension_parts(stretch, hoop, stretch_rate, hoop_rate, drive_longitudinal, drive_circular, c)
+    for k in range(PARTS):
+        parts[k] = found[k]
 
 
 @compiled
