@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from ..geometry.tube import lumen_volume
 from ..numerics.block_band import COLUMNS, DIAGONAL, PADDING, RIGHT, ROWS, solve_blocks_in_place
 from ..numerics.compiled import INDEX, compiled
+from ..numerics.reductions import dot, squares_and_largest
 from ..numerics.small import solve_small_in_place
 from ..pellet.contact import AUGMENTATION
 from ..pellet.friction import sliding_velocity
@@ -52,9 +53,12 @@ TENSION_SCALE = 10.0
 GAP_SCALE = 1.0e5
 """Weight of an open gap in the merit of the line search [mN/cm^3]: heavy, or a nearly slack wall refuses contact."""
 ROUNDOFF = 16.0 * 2.0**-52
+SHORTER = 0.25
 SMALLEST_STEP = 1.0 / 16.0
+"""Lengths of the line search: 1, 1/4, 1/16. Where a kink spoils the whole update, one half as long does no better."""
 MEMORY = 2
-"""The line search asks for less than the largest of this many last merits."""
+KINK_ALLOWANCE = 2.0
+"""The line search asks for less than this times the largest of so many last merits: an update may pass a kink."""
 FIRST_ALLOWANCE = 2.0
 """The first updates may raise the merit: they leave the kinks of the extrapolated guess."""
 
@@ -67,13 +71,13 @@ REASONS = (
 )
 
 
-LOCAL_SHARE = 0.02
+LOCAL_SHARE = 0.01
 """Nodes with a residual above this share of the largest belong to the stretch that is solved by itself."""
-LOCAL_MARGIN = 12
+LOCAL_MARGIN = 16
 """Nodes added to it on either side."""
 LOCAL_WIDTH = 0.4
 """A stretch longer than this share of the wall is left to the iteration over all unknowns."""
-LOCAL_ITERATIONS = 6
+LOCAL_ITERATIONS = 4
 LOCAL_GOAL = 0.003
 """The stretch is left when its residual fell to this share."""
 LOCAL_WORTH = 0.1
@@ -158,20 +162,13 @@ def _measure(
 ) -> tuple[float, float]:
     """(sum of squares, largest) of the scaled residuals at the nodes first...last, as acceptance sees the largest."""
     first, high = first & INDEX, (last + 1) & INDEX
-    per_unit = 1.0 / settings.unit
     open_unit = wall.radius / TENSION_SCALE
     gap_unit = GAP_SCALE / TENSION_SCALE
     gap_weight = settings.tolerance / settings.gap_tolerance
-    total_r = 0.0
-    total_z = 0.0
-    worst = 0.0
-    for i in range(first, high):
-        r = abs(work[FORCE_R, i]) * per_unit
-        z = abs(work[FORCE_Z, i]) * per_unit
-        total_r += r * r
-        total_z += z * z
-        worst = max(worst, max(r, z))
-    total = total_r + total_z
+    squares_r, loudest_r = squares_and_largest(work[FORCE_R], first, high)
+    squares_z, loudest_z = squares_and_largest(work[FORCE_Z], first, high)
+    total = (squares_r + squares_z) / (settings.unit * settings.unit)
+    worst = max(loudest_r, loudest_z) / settings.unit
     for i in range(first, high):
         if work[TOUCHES, i] != 0.0:
             error = gap_unit * abs(work[GAP, i])
@@ -411,8 +408,13 @@ def solve_packed(
     # Positions are known to one part in 2^52 of the tube's length; the dashpot turns that into a force.
     tolerance = max(s[4], ROUNDOFF * zeta[n - 1] / h * wall.viscosity * step.slope / unit)
     settings = Settings(step, tolerance, s[5], int(s[6]), unit, circumference)
-    work = np.zeros((WORK, n))
-    system = np.zeros((ROWS, n + PADDING))
+    # Most rows are written before they are read; clearing all of them would take as long as an assembly.
+    work = np.empty((WORK, n))
+    system = np.empty((ROWS, n + PADDING))
+    work[TOUCHES] = 0.0
+    system[RIGHT + 6] = 0.0
+    system[RIGHT + 7] = 0.0
+    system[:, n:] = 0.0
     first, last = min(1, n), n - 2
     columns = 4 if pellet.present and pellet.frame != 0.0 else 3
     border = np.empty((3, 3))
@@ -474,11 +476,11 @@ def solve_packed(
         highest = 0.0
         for m in merits:
             highest = max(highest, m)
-        if iteration > 0 and not settled and not (ok and merit <= (1.0 - 1e-4 * length) * highest):
+        if iteration > 0 and not settled and not (ok and merit <= KINK_ALLOWANCE * highest):
             if merit < best_merit:
                 best_merit = merit
                 best_length = length
-            length *= 0.5
+            length *= SHORTER
             if length < SMALLEST_STEP:
                 if not math.isfinite(best_merit):
                     return OUT_OF_RANGE, iteration, evaluations
@@ -528,16 +530,16 @@ def solve_packed(
         if pellet.present:
             border[1, 2] = -step.pellet_weight * speed_slope
         for c in range(columns):
-            by_pressure = 0.0
-            by_force = 0.0
-            by_centre = 0.0
-            for i in range(first, n - 1):
-                x_r, x_z = system[RIGHT + 2 * c, i], system[RIGHT + 2 * c + 1, i]
-                by_pressure -= work[VOLUME_R, i] * x_r + work[VOLUME_Z, i] * x_z
-                by_force += work[FORCE_ROW, i] * x_r + work[FORCE_ROW + 1, i] * x_z
-                by_centre -= known[WEIGHT, i] * x_z
+            column_r, column_z = system[RIGHT + 2 * c], system[RIGHT + 2 * c + 1]
+            by_pressure = -dot(work[VOLUME_R], column_r, first, n - 1) - dot(work[VOLUME_Z], column_z, first, n - 1)
+            by_force = by_centre = 0.0
+            if pellet.present:
+                by_force = dot(work[FORCE_ROW], column_r, first, n - 1)
+                by_force += dot(work[FORCE_ROW + 1], column_z, first, n - 1)
+                if pellet.frame != 0.0:
+                    by_centre = -dot(known[WEIGHT], column_z, first, n - 1)
+                    by_centre *= step.pellet_weight * pellet.frame * step.slope
             by_pressure *= pressure_slope
-            by_centre *= step.pellet_weight * pellet.frame * step.slope
             if c == 0:
                 border_right[0] -= by_pressure
                 border_right[1] -= by_centre

@@ -121,7 +121,8 @@ class Model:
         stretch: longitudinal, of the elements, or the smallest; a shortened wall conducts better per undeformed
         length, Eq. (11). opened: largest inhibitory conductance [mS/cm^2].
         """
+        least = stretch if isinstance(stretch, float) else float(np.min(stretch))
         rate = (layer.leakiness * self.cell.kinetics_rate + opened) / self.cell.capacitance
         if layer.conducts:
-            rate += largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size) / float(np.min(stretch))
+            rate += largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size) / least
         return explicit_stages(rate, self.dt_cell)

@@ -3,8 +3,8 @@
 A step of length dt is G(dt/2) V(dt) G(dt/2): gates relax exactly at a held potential (Strang), the potential takes
 one stabilised explicit step of second order with held gates. Neighbouring half steps of the gates are one full step.
 
-Tissue that the wave has not reached is at rest. One step in REVIEW, the first of a call among them, moves every cell;
-rings outside the stretch in which anything changed then, with a margin, wait until the next such step.
+Tissue that the wave has not reached is at rest. One step in REVIEW, the first of a call among them, looks at the rate
+of every cell; rings outside the stretch in which anything changes, with a margin, wait until the next such step.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from .cells.plant import CellConstants
 from .conduction import diffuse_rings, fill_ghosts
 
 QUIET_POTENTIAL, QUIET_GATE = 1e-9, 1e-11
-"""Changes in a step [mV], and of a gate, below which a cell counts as resting."""
+"""Changes in a step [mV], and of a gate in half of one, below which a cell counts as resting."""
 REVIEW = 8
-"""Steps from one that moves every cell to the next."""
+"""Steps from one that looks at every cell to the next."""
 MARGIN = 8
-"""Rings beyond the outermost that changed that are advanced with them."""
+"""Rings beyond the outermost that change that are advanced with them."""
 
 
 @compiled
@@ -72,11 +72,9 @@ def advance_sheet(
     gates_before = gates.copy()
     plant.relax_cells(v, gates, half_table, exact, 0.5 * dt, constants, work[1], low, high)
     for step in range(n_steps):
-        review = step % REVIEW == 0 and step < n_steps - 1 and not exact
+        review = step % REVIEW == 0 and not exact
         if review:
             low, high = 0, size
-            if step > 0:
-                gates_before[:] = gates
         _coefficients(gates, conductances, drive, shunt, scale, per_capacitance, constants, low, high, work)
         padded[0, ghosts : ghosts + size] = v
         for j in range(stages.shape[0]):
@@ -90,40 +88,52 @@ def advance_sheet(
                 fill_ghosts(now, n_theta)
                 diffuse_rings(now, coefficient, flux, spread, n_theta, low, high)
             _stage(v, padded, j, ghosts, stages[j], dt, spread, constants.calcium_reversal, low, high, work)
+            if j == 0 and review:
+                low, high = _restless(work[0], gates, gates_before, step == 0, n_theta)
+                # What waits keeps its potential in every stage.
+                for row in range(1, 3):
+                    padded[row, ghosts : ghosts + low] = v[:low]
+                    padded[row, ghosts + high : ghosts + size] = v[high:]
         new = padded[stages.shape[0] % 3, ghosts : ghosts + size]
         bad = plant.first_outside(new, low, high)
         if bad >= 0:
             return bad
-        moved_low, moved_high = size, 0
         for k in range(low, high):
             if v[k] < activation_level and new[k] >= activation_level:
                 last_activation[k] = time + dt * (step + (activation_level - v[k]) / (new[k] - v[k]))
                 if math.isnan(first_activation[k]):
                     first_activation[k] = last_activation[k]
+            v[k] = new[k]
         last = step == n_steps - 1
         relaxing, span = (half_table, 0.5 * dt) if last else (table, dt)
-        if review:
-            for k in range(size):
-                if not abs(new[k] - v[k]) <= QUIET_POTENTIAL:
-                    moved_low = min(moved_low, k)
-                    moved_high = k
-        for k in range(low, high):
-            v[k] = new[k]
         plant.relax_cells(v, gates, relaxing, exact, span, constants, work[1], low, high)
-        if review:
-            for g in range(4):
-                for k in range(size):
-                    if not abs(gates[g, k] - gates_before[g, k]) <= QUIET_GATE:
-                        moved_low = min(moved_low, k)
-                        moved_high = max(moved_high, k)
-            low = max(moved_low // n_theta - MARGIN, 0) * n_theta
-            high = min(moved_high // n_theta + 1 + MARGIN, size // n_theta) * n_theta
-            high = max(low, high)
-            # The rings next to the stretch keep their potential in every stage.
-            for row in range(1, 3):
-                padded[row, ghosts : ghosts + size] = v
     potential[:] = v
     return -1
+
+
+@compiled
+def _restless(
+    change: np.ndarray, gates: np.ndarray, gates_before: np.ndarray, with_gates: bool, n_theta: int
+) -> tuple[int, int]:
+    """First cell, and cell after the last, of the rings between the outermost that change, with a margin.
+
+    change: of the potential by the rate at the start of a step [mV]. gates_before: half a step ago.
+    """
+    size = change.size
+    low, high = size, 0
+    for k in range(size):
+        if not abs(change[k]) <= QUIET_POTENTIAL:
+            low = min(low, k)
+            high = k + 1
+    if with_gates:
+        for g in range(4):
+            for k in range(size):
+                if not abs(gates[g, k] - gates_before[g, k]) <= QUIET_GATE:
+                    low = min(low, k)
+                    high = max(high, k + 1)
+    if high == 0:
+        return 0, 0
+    return max(low // n_theta - MARGIN, 0) * n_theta, min((high - 1) // n_theta + 1 + MARGIN, size // n_theta) * n_theta
 
 
 @compiled
