@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from ..control.reflex import SILENT
 from ..control.sequence import quiet
 from ..errors import DivergenceError
 from ..geometry.tube import lumen_volume
+from ..numerics.roots import find_root
 from ..tissue.cells import plant
 from ..tissue.rest import RestState, rest_state
 from ..wall.passive import passive_tension
@@ -182,7 +182,7 @@ def _inflated_radius(model: Model, pressure: float) -> float:
                 f"no inflated tube at lumen.pressure = {model.lumen.pressure / 100.0:g} kPa: the passive wall cannot "
                 "hold it; lower the pressure"
             )
-    return wall.radius * float(brentq(excess, 1.0, high))
+    return wall.radius * find_root(excess, 1.0, high)
 
 
 def _continue(

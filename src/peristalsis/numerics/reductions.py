@@ -1,4 +1,4 @@
-"""Sums over arrays in eight interleaved parts: the same bits every time, and no waiting for one addition after the other.
+"""Sums over arrays in eight interleaved parts: the same bits every time, and no addition waits for the one before.
 
 A single running sum takes as long as its additions take one by one. Fast-math would let the compiler split it as it
 likes; here the split is written down.
