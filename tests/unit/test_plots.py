@@ -20,7 +20,13 @@ from peristalsis.plots.export import export_csv
 from peristalsis.plots.figures import currents, force_budget
 from peristalsis.plots.film import ffmpeg
 
-SMALL = {"grid.n_z": 300, "grid.n_z_wall": 100, "run.duration": "0.3 s"}
+SMALL = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.5 ms",
+    "grid.n_z": 300,
+    "grid.n_z_wall": 100,
+    "run.duration": "0.3 s",
+}
 
 
 @pytest.fixture(scope="module")

@@ -99,7 +99,7 @@ def reactions(
         dz = rows[ZETA, e + 1] - rows[ZETA, e]
         tension = nominal * dz / (rows[STRETCH, e] * wall.element_size)
         tension += -regulariser if end == 0 else regulariser
-        a, b = rows[HOOP, e], rows[HOOP, e + 1]
+        a, b = rows[RHO, e], rows[RHO, e + 1]
         lumen = pressure * math.pi / 3.0 * (a * a + a * b + b * b)
         forces[end] = 2.0 * math.pi * wall.radius * tension - lumen
     return forces[0], forces[1], slack / (2.0 * m)

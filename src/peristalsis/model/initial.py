@@ -25,6 +25,8 @@ Floats = NDArray[np.float64]
 
 END_LAYER = 0.3
 """Length over which the first guess of the inflated tube leaves its clamped ends [cm]."""
+REST_TOLERANCE = 1e-8
+"""Largest residual of the tube before t = 0, whatever a step may leave: what is at rest then must not creep."""
 GENTLE_PRESSURE = 20.0
 """Pressure at which inflation begins [mN/cm^2], unless p0 is lower."""
 
@@ -135,7 +137,7 @@ def _inflate_and_insert(model: Model) -> tuple[Floats, Floats, Floats, float]:
             wall,
             pellet,
             lumen,
-            model.tolerance,
+            min(model.tolerance, REST_TOLERANCE),
             model.gap_tolerance,
             100,
         )[0]

@@ -116,17 +116,23 @@ def wall_forces(
         hoop = weight * (work[LEFT + 1, i] + work[RIGHT_CORNER + 1, e])
         work[FORCE_R, i] = before * work[TANGENT_R, e] - behind * work[TANGENT_R, i] + hoop
         work[FORCE_Z, i] = before * work[TANGENT_Z, e] - behind * work[TANGENT_Z, i]
-    unit = 1.0 / (6.0 * c.radius)
-    for e in range(low, last):
+    volume_gradient(rho, zeta, c.radius, first, last, work)
+    if c.bending_stiffness > 0.0 or c.bending_viscosity > 0.0:
+        _bend(rho, zeta, known, slope, c, first, last, work)
+    return True
+
+
+@compiled
+def volume_gradient(rho: np.ndarray, zeta: np.ndarray, radius: float, first: int, last: int, work: np.ndarray) -> None:
+    """dV/dx / (2 pi r0) of the lumen's volume at the nodes first...last into `work`, Eq. (18)."""
+    unit = 1.0 / (6.0 * radius)
+    for e in range((first - 1) & INDEX, last & INDEX):
         i = e + 1
         o, a, b = rho[e], rho[i], rho[i + 1]
         before = zeta[i] - zeta[e]
         behind = zeta[i + 1] - zeta[i]
         work[VOLUME_R, i] = unit * ((2.0 * a + b) * behind + (2.0 * a + o) * before)
         work[VOLUME_Z, i] = unit * (o * (o + a) - b * (b + a))
-    if c.bending_stiffness > 0.0 or c.bending_viscosity > 0.0:
-        _bend(rho, zeta, known, slope, c, first, last, work)
-    return True
 
 
 @compiled

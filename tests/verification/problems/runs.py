@@ -16,10 +16,12 @@ from peristalsis.model.step import advance
 SMALL = {
     "grid.n_z": 400,
     "grid.n_z_wall": 400,
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
     "solver.residual_tolerance": 1e-10,
     "solver.penetration_tolerance": 1e-10,
 }
-"""A small grid for balances and inequalities, which hold on any grid, and tolerances at which they can be told."""
+"""A small grid and short steps for balances and inequalities, which hold on any, and tolerances at which they show."""
 
 EXACT = {
     "wall.tension": "consistent",
