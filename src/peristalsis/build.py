@@ -79,6 +79,7 @@ def build(configuration: Configuration, like: Model | None = None) -> Model:
         exact_kinetics=c.solver.exact_kinetics,
         tolerance=c.solver.residual_tolerance,
         gap_tolerance=c.solver.penetration_tolerance * c.pellet.radius,
+        balance_tolerance=c.solver.balance_tolerance,
         max_newton=c.solver.max_newton,
         max_halvings=c.solver.max_halvings,
         start_position=c.pellet.start_gap + c.pellet.radius,

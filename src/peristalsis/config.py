@@ -239,6 +239,7 @@ class Solver(Section):
 
     residual_tolerance: float = parameter("solver.residual_tolerance", ge=1e-14, le=1e-2)
     penetration_tolerance: float = parameter("solver.penetration_tolerance", ge=1e-12, le=0.1)
+    balance_tolerance: float = parameter("solver.balance_tolerance", ge=1e-9, le=1)
     max_newton: int = parameter("solver.max_newton", ge=1, le=1000)
     max_halvings: int = parameter("solver.max_halvings", ge=0, le=40)
     exact_kinetics: bool = parameter("solver.exact_kinetics")

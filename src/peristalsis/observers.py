@@ -57,7 +57,7 @@ class ScalarRecorder:
 
     def see(self, model: Model, before: State, after: State, report: StepReport) -> str | None:
         """Add the work of the step and record its end."""
-        work = work_of_step(model, before, after)
+        work = report.work if report.work is not None else work_of_step(model, before, after)
         self._work += (
             work.active,
             work.gas,

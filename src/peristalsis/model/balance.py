@@ -10,7 +10,7 @@ import numpy as np
 from ..pellet.friction import speed_at
 from .bookkeeping import wall_work
 from .model import Model
-from .state import State
+from .state import PelletState, State, WallState
 
 
 class Work(NamedTuple):
@@ -23,6 +23,12 @@ class Work(NamedTuple):
     lost_pellet: float
     kinetic: float
 
+    def __add__(self, other: object) -> Work:
+        """Work of two steps, one after the other."""
+        if not isinstance(other, Work):
+            return NotImplemented
+        return Work(*(mine + its for mine, its in zip(self, other, strict=True)))
+
     @property
     def residual(self) -> float:
         """What was stored and lost minus what was put in: zero but for the error of the time step."""
@@ -31,7 +37,13 @@ class Work(NamedTuple):
 
 def work_of_step(model: Model, before: State, after: State) -> Work:
     """Trapezoidal work of every term between two states a step apart (axisymmetric wall)."""
-    old, new = before.wall, after.wall
+    return work_between(model, before.wall, before.pellet, after.wall, after.pellet, model.dt_wall)
+
+
+def work_between(
+    model: Model, old: WallState, old_pellet: PelletState, new: WallState, new_pellet: PelletState, dt: float
+) -> Work:
+    """`work_of_step` for a step of dt [s] between two states of wall and pellet."""
     parts = np.empty(4)
     volume_0, volume_1 = wall_work(
         old.position,
@@ -55,7 +67,7 @@ def work_of_step(model: Model, before: State, after: State) -> Work:
         mass = 2.0 * math.pi * model.wall.radius * model.wall.element_size * model.wall.surface_density
         squares = [float((wall.velocity[:, 0, [0, 2]] ** 2).sum()) for wall in (old, new)]
         kinetic = 0.5 * mass * (squares[1] - squares[0])
-    lost_pellet = 0.5 * model.dt_wall * (_friction_power(model, before) + _friction_power(model, after))
+    lost_pellet = 0.5 * dt * (_friction_power(model, old_pellet) + _friction_power(model, new_pellet))
     return Work(-active, gas, stored, viscous + floor, lost_pellet, kinetic)
 
 
@@ -69,8 +81,8 @@ def _gas_energy(model: Model, volume: float) -> float:
     return scale * (ratio ** (lumen.exponent - 1.0) - 1.0) / (lumen.exponent - 1.0)
 
 
-def _friction_power(model: Model, state: State) -> float:
+def _friction_power(model: Model, pellet: PelletState) -> float:
     if not model.pellet.present:
         return 0.0
-    speed = speed_at(state.pellet.axial_force, model.pellet.viscous, model.pellet.dry)
+    speed = speed_at(pellet.axial_force, model.pellet.viscous, model.pellet.dry)
     return model.pellet.viscous * speed * speed + model.pellet.dry * abs(speed)

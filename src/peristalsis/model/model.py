@@ -91,6 +91,7 @@ class Model:
     gap_tolerance: float
     max_newton: int
     max_halvings: int
+    balance_tolerance: float
     start_position: float
     free_radius: Floats
 

@@ -16,6 +16,7 @@ from ..numerics.rates import rate_formula
 from ..numerics.transfer import average
 from ..tissue.cells.plant import CellConstants
 from ..tissue.sheet import advance_sheet
+from .balance import Work, work_between
 from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, REASONS, solve_packed
 from .exchange import active_force, conduction_coefficient, drive_of_layer, stretch_ahead
 from .fields import axial_tension_of_elements
@@ -25,14 +26,23 @@ from .wall_step import finish_step, prepare_step
 
 Floats = NDArray[np.float64]
 
+BALANCE_HALVINGS = 3
+"""A step is cut so many times over for the sake of its balance of work, and more often only to converge."""
+NEGLIGIBLE_WORK = 1e-3
+"""Residual of a step's work that is not worth a second one [mN cm]: a run turns over 1e4 to 1e5."""
+
 
 @dataclass(frozen=True)
 class StepReport:
-    """What a step cost: Newton iterations, assemblies of the wall, wall solves (more than one after halving)."""
+    """What a step cost: Newton iterations, assemblies of the wall, wall solves (more than one after halving).
+
+    work: done and lost in the step, summed over its pieces, where the step kept it.
+    """
 
     newton_iterations: int
     assemblies: int
     wall_solves: int
+    work: Work | None = None
 
 
 def advance(model: Model, state: State) -> tuple[State, StepReport]:
@@ -63,7 +73,7 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
         pellet=solved.pellet,
         pressure=solved.pressure,
     )
-    return _listen(model, after, stop), StepReport(solved.iterations, solved.assemblies, solved.solves)
+    return _listen(model, after, stop), StepReport(solved.iterations, solved.assemblies, solved.solves, solved.work)
 
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
@@ -212,6 +222,7 @@ class _Solved:
     iterations: int
     assemblies: int
     solves: int
+    work: Work
 
 
 def _solve_wall(
@@ -224,10 +235,19 @@ def _solve_wall(
     halvings: int,
     time: float,
 ) -> _Solved:
-    """Equilibrium after `dt`, in two half steps where one does not converge; the drive is linear in between."""
+    """Equilibrium after `dt`, in two half steps where one does not do; the drive is linear in between.
+
+    One step does not do where it does not converge, or where its work is out of balance by more than the balance
+    tolerance allows: then something happened within it, such as a pellet that lets go.
+    """
     code, solved = _try_wall(model, wall, pellet, pressure, drive, dt)
     if solved is not None:
-        return solved
+        if model.max_halvings - halvings >= BALANCE_HALVINGS or halvings == 0 or _balanced(model, solved.work):
+            return solved
+        try:
+            return _in_halves(model, wall, pellet, pressure, drive, dt, halvings, time, solved)
+        except DivergenceError:
+            return solved
     if halvings == 0:
         where = int(np.argmin(wall.position[:, 0, 0]))
         raise DivergenceError(
@@ -235,14 +255,36 @@ def _solve_wall(
             f"wall is narrowest at z = {model.grid.nodes[where]:.3g} cm, radius {wall.position[where, 0, 0]:.3g} cm. "
             "Lower step.wall, or raise wall.bending_stiffness or grid.n_z_wall"
         )
+    return _in_halves(model, wall, pellet, pressure, drive, dt, halvings, time, None)
+
+
+def _balanced(model: Model, work: Work) -> bool:
+    """Whether a step's work balances to the tolerance, or to nothing worth a second step."""
+    allowed = model.balance_tolerance * (abs(work.active) + abs(work.gas))
+    return abs(work.residual) <= max(allowed, NEGLIGIBLE_WORK)
+
+
+def _in_halves(
+    model: Model,
+    wall: WallState,
+    pellet: PelletState,
+    pressure: float,
+    drive: Floats,
+    dt: float,
+    halvings: int,
+    time: float,
+    given_up: _Solved | None,
+) -> _Solved:
+    """A step in two halves; `given_up` is the whole one that was not good enough, and counts as cost."""
     middle = 0.5 * (wall.drive + drive)
     half = _solve_wall(model, wall, pellet, pressure, middle, 0.5 * dt, halvings - 1, time - 0.5 * dt)
     full = _solve_wall(model, half.wall, half.pellet, half.pressure, drive, 0.5 * dt, halvings - 1, time)
     return replace(
         full,
-        iterations=half.iterations + full.iterations,
-        assemblies=half.assemblies + full.assemblies,
-        solves=half.solves + full.solves,
+        iterations=half.iterations + full.iterations + (given_up.iterations if given_up else 0),
+        assemblies=half.assemblies + full.assemblies + (given_up.assemblies if given_up else 0),
+        solves=half.solves + full.solves + (given_up.solves if given_up else 0),
+        work=half.work + full.work,
     )
 
 
@@ -332,7 +374,9 @@ def _try_wall(
         step_before=dt,
     )
     lumen_pressure, centre, speed, force = numbers.tolist()
-    return code, _Solved(after, PelletState(centre, speed, force), lumen_pressure, iterations, assemblies, 1)
+    moved = PelletState(centre, speed, force)
+    work = work_between(model, wall, pellet, after, moved, dt)
+    return code, _Solved(after, moved, lumen_pressure, iterations, assemblies, 1, work)
 
 
 def _listen(model: Model, state: State, time: float) -> State:
