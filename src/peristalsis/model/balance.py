@@ -30,6 +30,11 @@ class Work(NamedTuple):
         return Work(*(mine + its for mine, its in zip(self, other, strict=True)))
 
     @property
+    def turnover(self) -> float:
+        """Half of all that changed hands: what was put in, if the balance closes."""
+        return 0.5 * sum(abs(term) for term in self)
+
+    @property
     def residual(self) -> float:
         """What was stored and lost minus what was put in: zero but for the error of the time step."""
         return self.stored + self.lost_wall + self.lost_pellet + self.kinetic - self.active - self.gas

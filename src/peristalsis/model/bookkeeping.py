@@ -11,6 +11,7 @@ import numpy as np
 
 from ..geometry.tube import lumen_volume
 from ..numerics.compiled import INDEX, compiled
+from ..numerics.reductions import total
 from ..pellet.contact import smallest_gap
 from ..wall.membrane import WallConstants, tension_parts
 from .constants import unpack_wall
@@ -138,11 +139,9 @@ def touch(
 
 
 @compiled
-def _corner_work(
-    old: np.ndarray, new: np.ndarray, corner: int, layer: int, wall: WallConstants, work: np.ndarray
-) -> None:
+def _corner_work(old: np.ndarray, new: np.ndarray, corner: int, wall: WallConstants, work: np.ndarray) -> None:
     """Trapezoidal tension times change of stretch at one corner of every element, by part, (4, elements)."""
-    corner, layer = corner & INDEX, layer & INDEX
+    corner = corner & INDEX
     m = work.shape[1]
     stretch_0, stretch_1 = old[STRETCH, :m], new[STRETCH, :m]
     hoop_0, hoop_1 = old[HOOP, corner:], new[HOOP, corner:]
@@ -151,23 +150,18 @@ def _corner_work(
     longitudinal_0, longitudinal_1 = old[DRIVES + corner], new[DRIVES + corner]
     circular_0, circular_1 = old[DRIVES + 2 + corner], new[DRIVES + 2 + corner]
     passive, active, viscous, floor = work[0], work[1], work[2], work[3]
-    hoops = layer == 1
     published = wall.published
     for e in range(m):
-        a = tension_parts(
-            stretch_0[e], hoop_0[e], stretch_rate_0[e], hoop_rate_0[e], longitudinal_0[e], circular_0[e], wall
-        )  # fmt: skip
-        b = tension_parts(
-            stretch_1[e], hoop_1[e], stretch_rate_1[e], hoop_rate_1[e], longitudinal_1[e], circular_1[e], wall
-        )  # fmt: skip
-        across_0 = (stretch_0[e] if hoops else hoop_0[e]) if published else 1.0
-        across_1 = (stretch_1[e] if hoops else hoop_1[e]) if published else 1.0
-        change = (hoop_1[e] - hoop_0[e]) if hoops else (stretch_1[e] - stretch_0[e])
-        half = 0.5 * change
-        p = half * ((a[4] if hoops else a[0]) * across_0 + (b[4] if hoops else b[0]) * across_1)
-        q = half * ((a[5] if hoops else a[1]) * across_0 + (b[5] if hoops else b[1]) * across_1)
-        r = half * ((a[6] if hoops else a[2]) * across_0 + (b[6] if hoops else b[2]) * across_1)
-        t = half * ((a[7] if hoops else a[3]) * across_0 + (b[7] if hoops else b[3]) * across_1)
+        s_0, s_1, h_0, h_1 = stretch_0[e], stretch_1[e], hoop_0[e], hoop_1[e]
+        a = tension_parts(s_0, h_0, stretch_rate_0[e], hoop_rate_0[e], longitudinal_0[e], circular_0[e], wall)
+        b = tension_parts(s_1, h_1, stretch_rate_1[e], hoop_rate_1[e], longitudinal_1[e], circular_1[e], wall)
+        half_l, half_c = 0.5 * (s_1 - s_0), 0.5 * (h_1 - h_0)
+        l_0, l_1 = half_l * (h_0 if published else 1.0), half_l * (h_1 if published else 1.0)
+        c_0, c_1 = half_c * (s_0 if published else 1.0), half_c * (s_1 if published else 1.0)
+        p = (a[0] * l_0 + b[0] * l_1) + (a[4] * c_0 + b[4] * c_1)
+        q = (a[1] * l_0 + b[1] * l_1) + (a[5] * c_0 + b[5] * c_1)
+        r = (a[2] * l_0 + b[2] * l_1) + (a[6] * c_0 + b[6] * c_1)
+        t = (a[3] * l_0 + b[3] * l_1) + (a[7] * c_0 + b[7] * c_1)
         passive[e] = p
         active[e] = q
         viscous[e] = r
@@ -199,14 +193,10 @@ def wall_work(
     n = old_position.shape[0]
     work = np.empty((4, n - 1))
     out[:] = 0.0
-    for layer in range(2):
-        for corner in range(2):
-            _corner_work(old, new, corner, layer, wall, work)
-            for part in range(4):
-                total = 0.0
-                for e in range(n - 1):
-                    total += work[part, e]
-                out[part] += total
+    for corner in range(2):
+        _corner_work(old, new, corner, wall, work)
+        for part in range(4):
+            out[part] += total(work[part])
     for part in range(4):
         out[part] *= math.pi * wall.radius * wall.element_size
     bent = 0.0

@@ -13,6 +13,7 @@ convergence.
 from __future__ import annotations
 
 import math
+import threading
 from typing import NamedTuple
 
 import numpy as np
@@ -44,7 +45,7 @@ from ..wall.assembly import (
 from ..wall.membrane import WallConstants
 from .constants import LumenConstants, PelletConstants, Step, packed, unpack_lumen, unpack_pellet, unpack_wall
 
-__all__ = ["LumenConstants", "PelletConstants", "Step", "solve_equilibrium", "solve_packed"]
+__all__ = ["LumenConstants", "PelletConstants", "Step", "solve_equilibrium", "solve_packed", "workspace"]
 
 Floats = NDArray[np.float64]
 
@@ -393,10 +394,13 @@ def solve_packed(
     pellet_numbers: np.ndarray,
     lumen_numbers: np.ndarray,
     settings_numbers: np.ndarray,
+    work: np.ndarray,
+    system: np.ndarray,
 ) -> tuple[int, int, int]:
     """`solve_equilibrium` on tables and packed constants; `known` has KNOWN rows and a column for every node.
 
     settings_numbers: slope, inertia, pellet_history, pellet_weight of `Step`, tolerance, gap_tolerance, max_iterations.
+    work, system: `workspace(n)`; what stands in them beforehand does not matter.
     """
     wall, pellet, lumen = unpack_wall(wall_numbers), unpack_pellet(pellet_numbers), unpack_lumen(lumen_numbers)
     s = settings_numbers
@@ -408,9 +412,7 @@ def solve_packed(
     # Positions are known to one part in 2^52 of the tube's length; the dashpot turns that into a force.
     tolerance = max(s[4], ROUNDOFF * zeta[n - 1] / h * wall.viscosity * step.slope / unit)
     settings = Settings(step, tolerance, s[5], int(s[6]), unit, circumference)
-    # Most rows are written before they are read; clearing all of them would take as long as an assembly.
-    work = np.empty((WORK, n))
-    system = np.empty((ROWS, n + PADDING))
+    # All other rows are written before they are read.
     work[TOUCHES] = 0.0
     system[RIGHT + 6] = 0.0
     system[RIGHT + 7] = 0.0
@@ -566,6 +568,18 @@ def solve_packed(
         fresh = True
 
 
+_kept = threading.local()
+
+
+def workspace(n: int) -> tuple[Floats, Floats]:
+    """Tables for `solve_packed` with n nodes, one pair a thread, kept: half a megabyte is not asked for every step."""
+    if getattr(_kept, "nodes", 0) != n:
+        _kept.nodes = n
+        _kept.tables = np.empty((WORK, n)), np.empty((ROWS, n + PADDING))
+    tables: tuple[Floats, Floats] = _kept.tables
+    return tables
+
+
 def solve_equilibrium(
     rho: Floats,
     zeta: Floats,
@@ -603,6 +617,6 @@ def solve_equilibrium(
     set_drives(drive_longitudinal, drive_circular, known)
     settings = packed(step, tolerance, gap_tolerance, max_iterations)
     code, iterations, assemblies = solve_packed(
-        rho, zeta, density, scalars, known, packed(wall), packed(pellet), packed(lumen), settings
+        rho, zeta, density, scalars, known, packed(wall), packed(pellet), packed(lumen), settings, *workspace(rho.size)
     )
     return code, iterations, assemblies

@@ -17,7 +17,7 @@ from ..numerics.transfer import average
 from ..tissue.cells.plant import CellConstants
 from ..tissue.sheet import advance_sheet
 from .balance import Work, work_between
-from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, REASONS, solve_packed
+from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, REASONS, solve_packed, workspace
 from .exchange import active_force, conduction_coefficient, drive_of_layer, stretch_ahead
 from .fields import axial_tension_of_elements
 from .model import ACTIVATION_LEVEL, Layer, Model, explicit_stages
@@ -260,8 +260,7 @@ def _solve_wall(
 
 def _balanced(model: Model, work: Work) -> bool:
     """Whether a step's work balances to the tolerance, or to nothing worth a second step."""
-    allowed = model.balance_tolerance * (abs(work.active) + abs(work.gas))
-    return abs(work.residual) <= max(allowed, NEGLIGIBLE_WORK)
+    return abs(work.residual) <= max(model.balance_tolerance * work.turnover, NEGLIGIBLE_WORK)
 
 
 def _in_halves(
@@ -337,7 +336,7 @@ def _try_wall(
         dtype=np.float64,
     )
     code, iterations, assemblies = solve_packed(
-        rho, zeta, density, scalars, known, wall_numbers, pellet_numbers, lumen_numbers, settings
+        rho, zeta, density, scalars, known, wall_numbers, pellet_numbers, lumen_numbers, settings, *workspace(n)
     )
     if code != CONVERGED:
         return code, None

@@ -28,6 +28,19 @@ def dot(a: np.ndarray, b: np.ndarray, first: int, end: int) -> float:
 
 
 @compiled
+def total(a: np.ndarray) -> float:
+    """Sum of all entries."""
+    lanes = np.zeros(LANES)
+    whole = a.size // LANES * LANES
+    for i in range(0, whole, LANES):
+        for k in range(LANES):
+            lanes[k] += a[i + k]
+    for i in range(whole, a.size):
+        lanes[0] += a[i]
+    return _pairs(lanes)
+
+
+@compiled
 def squares_and_largest(a: np.ndarray, first: int, end: int) -> tuple[float, float]:
     """Sum of squares, and the largest size, of a[i] over first <= i < end; the sum is nan where an entry is."""
     first, end = first & INDEX, end & INDEX
