@@ -22,6 +22,11 @@ _KERNEL_FOLDERS = ("numerics", "geometry", "tissue", "wall", "pellet", "control"
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
+INDEX = 2**31 - 1
+"""An index `and` this is seen by the compiler not to be negative, so that it drops the check for Python's indices
+from the end, and loops over it may use vector registers. For parts of arrays, whose first index is an argument."""
+
+
 def source_digest() -> str:
     """Hash of every source file that can hold a kernel, and of numba's version; 16 hexadecimal digits."""
     digest = hashlib.sha256(numba.__version__.encode())
@@ -57,6 +62,18 @@ if CACHE_FOLDER is not None:
 
 def compiled(function: Function) -> Function:
     """Compile `function` with numba: cached on disk, double precision as written (no fast-math), one thread."""
-    decorate = numba.njit(cache=CACHE_FOLDER is not None, fastmath=False, error_model="numpy", nogil=True)
-    result: Function = decorate(function)
+    return _decorate(function)
+
+
+def inlined(function: Function) -> Function:
+    """As `compiled`, and always made part of its caller: a loop around a call would not use vector registers.
+
+    For formulas without branches: choose between values that are both computed, not between statements.
+    """
+    return _decorate(function, forceinline=True)
+
+
+def _decorate(function: Function, **more: Any) -> Function:
+    cache = CACHE_FOLDER is not None
+    result: Function = numba.njit(cache=cache, fastmath=False, error_model="numpy", nogil=True, **more)(function)
     return result
