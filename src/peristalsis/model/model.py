@@ -76,6 +76,11 @@ class Layer:
         return float(self.conductances.sum(axis=0).max())
 
     @cached_property
+    def best_conduction(self) -> float:
+        """Largest factor on conduction along z."""
+        return float(np.max(self.conductivity))
+
+    @cached_property
     def force_of_cells(self) -> Floats:
         """Force factor of every cell, (n_cells,)."""
         return np.full(self.conductances.shape[1], 1.0) * np.ravel(self.force_factor)
@@ -159,5 +164,5 @@ class Model:
         rate = (layer.leakiness * self.cell.kinetics_rate + opened) / self.cell.capacitance
         if layer.conducts:
             decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
-            rate += decay * float(np.max(layer.conductivity)) / least
+            rate += decay * layer.best_conduction / least
         return explicit_stages(stability_rate(rate, ring_rate), self.dt_cell)
