@@ -94,7 +94,11 @@ MISPRINTS = (
         "(12)",
         "the displacement u_z for the place, and a term in u_s",
         (
-            Patch("model/equilibrium.py", "zeta[i] - scalars[1], pellet", "zeta[i] - i * h - scalars[1], pellet"),
+            Patch(
+                "model/equilibrium.py",
+                "axial = zeta[i] - scalars[1]\n            work[TOUCHES, i] = 0.0",
+                "axial = zeta[i] - i * h - scalars[1]\n            work[TOUCHES, i] = 0.0",
+            ),
             Patch(
                 "pellet/sphere.py",
                 "distance = math.sqrt(rho * rho + axial * axial)",

@@ -52,7 +52,10 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "pellet/sphere.py": group(["sphere", "contact"], ["contact_problems"]),
     "pellet/contact.py": group(["contact"], ["contact_problems"]),
     "pellet/friction.py": (*group(["friction"]), "tests/properties"),
-    "numerics/banded.py": group(["banded", "equilibrium"]),
+    "wall/assembly.py": group(["membrane", "tube"], WALL),
+    "numerics/block_band.py": group(["block_band", "equilibrium"]),
+    "numerics/exponential.py": group(["block_band"]),
+    "numerics/roots.py": group(["roots"]),
     "numerics/blend.py": group(["blend", "membrane"], ["wall_problems"]),
     "numerics/rates.py": group(["rates"], ["wall_problems"]),
     "numerics/stabilised.py": group([], ["cable_problems"]),
@@ -74,6 +77,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "wall/surface.py": group(["surface_wall"], ["surface_problems"]),
     "wall/surface_regularisers.py": group(["surface_wall"], ["surface_problems"]),
     "pellet/surface_contact.py": group(["surface_wall"], ["surface_problems"]),
+    "model/bookkeeping.py": group(["balance", "fields"], ["wall_problems", "contact_problems", "coupled"]),
+    "model/exchange.py": group(["step", "regions"], ["coupled"]),
     "model/fields.py": group(["fields"], ["wall_problems", "contact_problems"]),
 }
 

@@ -11,7 +11,7 @@ from .control.pacemaker import PulseTrain
 from .control.reflex import Reflex
 from .control.sequence import Trigger
 from .geometry.grid import Grid
-from .model.equilibrium import LumenConstants, PelletConstants
+from .model.constants import LumenConstants, PelletConstants
 from .model.model import Layer, Model, PacemakerCell, Response
 from .pellet import sphere
 from .pellet.friction import FrictionLaw

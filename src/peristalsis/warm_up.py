@@ -12,7 +12,7 @@ def _compile(columns: int) -> float:
     from .config import Configuration
     from .model.balance import work_of_step
     from .model.contact_summary import contact_summary
-    from .model.fields import corner_tensions
+    from .model.fields import corner_tensions, end_reactions
     from .model.initial import initial_state
     from .model.step import advance
 
@@ -24,6 +24,7 @@ def _compile(columns: int) -> float:
     after, _ = advance(model, before)
     work_of_step(model, before, after)
     contact_summary(model, after)
+    end_reactions(after.wall, model.wall, after.pressure)
     corner_tensions(after.wall, model.wall)
     return time.perf_counter() - begin
 

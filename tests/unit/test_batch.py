@@ -34,7 +34,7 @@ GRID = (
     TINY
     + """
 [grid]
-pellet.dry_friction = ["5 mN", "20 mN", "30 mN"]
+pellet.dry_friction = ["1 mN", "3 mN", "5 mN"]
 """
 )
 POINTS = (

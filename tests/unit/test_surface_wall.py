@@ -13,7 +13,6 @@ from peristalsis.geometry.surface import (
     volume_gradient,
 )
 from peristalsis.geometry.tube import lumen_volume
-from peristalsis.numerics.banded import HALF_WIDTH
 from peristalsis.numerics.ring_blocks import multiply_transposed
 from peristalsis.verification.exact.surface_wall import (
     BARE,
@@ -30,7 +29,6 @@ from peristalsis.verification.exact.surface_wall import (
     uniform,
 )
 from peristalsis.verification.exact.wall import COUPLED, assembled, wall_constants
-from peristalsis.wall.membrane import assemble_pressure
 from peristalsis.wall.surface import measure_edges, new_edges, stored_energy
 from peristalsis.wall.surface_regularisers import SurfaceConstants, patch_shear
 
@@ -56,8 +54,7 @@ def test_ring_uniform_forces_are_the_axisymmetric_ones(columns: int, published: 
     (rho, zeta), (old_rho, old_zeta) = profile(1), profile(2)
     histories = rng.uniform(0.8, 1.2, N - 1), rng.uniform(0.8, 1.2, N)
     drives = rng.uniform(0.0, 0.5, 2 * N - 2), rng.uniform(0.0, 0.5, 2 * N - 2)
-    reference, _ = assembled(rho, zeta, wall, 200.0, histories, drives, np.stack([old_rho, old_zeta]))
-    assemble_pressure(rho, zeta, 10.0, wall, np.zeros(2 * N), reference, np.zeros((2 * N, 2 * HALF_WIDTH + 1)))
+    reference, _ = assembled(rho, zeta, wall, 200.0, histories, drives, np.stack([old_rho, old_zeta]), 10.0)
     places = uniform(rho, zeta, columns)
     known = in_motion(
         places,

@@ -77,8 +77,8 @@ def shift_of_rings(wall: WallState) -> Floats:
 def test_ring_uniform_steps_are_the_axisymmetric_ones(columns: int, frame: str, mean_first: bool) -> None:
     """Twenty steps under a wave that squeezes the pellet: fields, p, Z and F to 1e-8.
 
-    From the same guess as many Newton iterations, with one of the linear solver each but for a few at the edge of
-    rounding; from the mean of the ring next to none.
+    Alone it takes half as many Newton iterations again as one column, whose guess knows where the wave arrives, with
+    one of the linear solver each but for a few at the edge of rounding; from the mean of the ring next to none.
     """
     model, state = started(COARSE, {"pellet.friction_frame": frame})
     known = (state.wall, state.pellet, state.pressure)
@@ -106,7 +106,7 @@ def test_ring_uniform_steps_are_the_axisymmetric_ones(columns: int, frame: str, 
     if mean_first:
         assert counts[1] <= 20
     else:
-        assert abs(counts[1] - counts[0]) <= 2
+        assert counts[1] <= 1.5 * counts[0]
         assert counts[2] <= 1.2 * counts[1]
 
 

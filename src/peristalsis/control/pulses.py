@@ -49,10 +49,9 @@ def covered_around(columns: int, angle: float, sector: float) -> Floats:
     return share
 
 
-def overlap_in_time(begin: Floats | float, end: Floats | float, start: float, stop: float) -> Floats:
+def overlap_in_time(begin: float, end: float, start: float, stop: float) -> float:
     """Share of the step [start, stop] during which a pulse is on: the charge delivered is exact for any step."""
-    inside = np.minimum(stop, end) - np.maximum(start, begin)
-    return np.asarray(np.clip(inside, 0.0, None) / (stop - start))
+    return max(min(stop, end) - max(start, begin), 0.0) / (stop - start)
 
 
 def add_pulses(
@@ -69,7 +68,7 @@ def add_pulses(
     response: factor on what the cells get, a number or of the shape of `drive`.
     """
     for pulse in pulses:
-        share = float(overlap_in_time(pulse.begin, pulse.end, start, stop))
+        share = overlap_in_time(pulse.begin, pulse.end, start, stop)
         if share > 0.0:
             where = covered(cells - 0.5 * cell_size, cells + 0.5 * cell_size, pulse.low, pulse.high)
             around = covered_around(drive.shape[1], pulse.angle, pulse.sector)

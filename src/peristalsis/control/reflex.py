@@ -38,6 +38,19 @@ class ReflexState(NamedTuple):
 SILENT = ReflexState(-np.inf, (), ())
 
 
+def forget(state: ReflexState, time: float) -> ReflexState:
+    """The state without the pulses that are over."""
+    excitation, inhibition = _kept(state.excitation, time), _kept(state.inhibition, time)
+    if len(excitation) == len(state.excitation) and len(inhibition) == len(state.inhibition):
+        return state
+    return state._replace(excitation=excitation, inhibition=inhibition)
+
+
+def refractory(reflex: Reflex, state: ReflexState, time: float) -> bool:
+    """Whether the receptors are deaf, whatever the pellet does."""
+    return time - state.fired < reflex.refractory - 1e-9
+
+
 def observe_stretch(
     reflex: Reflex, state: ReflexState, nodes: Floats, girth_ratio: Floats, touching: NDArray[np.bool_], time: float
 ) -> ReflexState:
@@ -45,8 +58,8 @@ def observe_stretch(
 
     nodes: Lagrangian z [cm], (n,). girth_ratio: circumference over its pellet-free value at p0, (n,).
     """
-    state = state._replace(excitation=_kept(state.excitation, time), inhibition=_kept(state.inhibition, time))
-    if not reflex.enabled or time - state.fired < reflex.refractory - 1e-9:
+    state = forget(state, time)
+    if not reflex.enabled or refractory(reflex, state, time):
         return state
     stretched = nodes[touching & (girth_ratio > reflex.threshold)]
     if stretched.size == 0:

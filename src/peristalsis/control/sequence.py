@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .pulses import overlap_in_time
+from ..numerics.compiled import compiled
 
 Floats = NDArray[np.float64]
 
@@ -41,11 +41,38 @@ def quiet(shape: tuple[int, int]) -> TriggerState:
 
 def observe_tension(trigger: Trigger, state: TriggerState, tension: Floats, time: float) -> TriggerState:
     """Fire where the tension passes its maximum: it was rising, falls now, and was above the level."""
-    falling = tension < state.tension
-    fires = state.rising & falling & (state.tension > trigger.level)
-    fires &= time - state.start > trigger.refractory
-    rising = np.where(tension == state.tension, state.rising, ~falling)
-    return TriggerState(tension, rising, np.where(fires, time, state.start))
+    rising, start = np.empty_like(state.rising), np.empty_like(state.start)
+    _pass_maximum(
+        tension.ravel(),
+        state.tension.ravel(),
+        state.rising.ravel(),
+        state.start.ravel(),
+        trigger.level,
+        trigger.refractory,
+        time,
+        rising.ravel(),
+        start.ravel(),
+    )
+    return TriggerState(tension, rising, start)
+
+
+@compiled
+def _pass_maximum(
+    tension: np.ndarray,
+    before: np.ndarray,
+    was_rising: np.ndarray,
+    last: np.ndarray,
+    level: float,
+    refractory: float,
+    time: float,
+    rising: np.ndarray,
+    start: np.ndarray,
+) -> None:
+    for k in range(tension.size):
+        falling = tension[k] < before[k]
+        fires = was_rising[k] and falling and before[k] > level and time - last[k] > refractory
+        rising[k] = was_rising[k] if tension[k] == before[k] else not falling
+        start[k] = time if fires else last[k]
 
 
 def observe_activation(trigger: Trigger, state: TriggerState, activation: Floats, time: float) -> TriggerState:
@@ -61,4 +88,33 @@ def observe_activation(trigger: Trigger, state: TriggerState, activation: Floats
 
 def trigger_current(trigger: Trigger, state: TriggerState, start: float, stop: float) -> Floats:
     """Mean current of the local pulses over [start, stop] [uA/cm^2], shape (n_z, n_theta)."""
-    return trigger.intensity * overlap_in_time(state.start, state.start + trigger.duration, start, stop)
+    current = np.zeros_like(state.start)
+    add_trigger_current(trigger, state, start, stop, current)
+    return current
+
+
+def add_trigger_current(
+    trigger: Trigger,
+    state: TriggerState,
+    start: float,
+    stop: float,
+    current: Floats,
+    response: Floats | float = 1.0,
+) -> None:
+    """Add `trigger_current`, times the response of the cells, to `current`."""
+    if isinstance(response, float):
+        _add_pulses_from(
+            state.start.ravel(), trigger.duration, response * trigger.intensity, start, stop, current.ravel()
+        )
+    else:
+        current += trigger_current(trigger, state, start, stop) * response
+
+
+@compiled
+def _add_pulses_from(
+    begins: np.ndarray, duration: float, intensity: float, start: float, stop: float, current: np.ndarray
+) -> None:
+    for k in range(begins.size):
+        inside = min(stop, begins[k] + duration) - max(start, begins[k])
+        if inside > 0.0:
+            current[k] += intensity * (inside / (stop - start))

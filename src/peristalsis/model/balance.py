@@ -6,20 +6,16 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..geometry.surface import rates_to_frames
-from ..geometry.tube import lumen_volume
-from ..numerics.compiled import compiled
 from ..numerics.rates import rate_formula
-from ..wall.membrane import PARTS, WallConstants, corner_tension
-from .fields import column, end_reactions
+from .bookkeeping import wall_work
+from .constants import packed
+from .fields import end_reactions
 from .friction import dry_friction_now, sliding_speed
 from .model import Model
-from .state import State, WallState
+from .state import State
 from .surface_balance import surface_wall_work, volume_of
-
-Floats = NDArray[np.float64]
 
 
 class Work(NamedTuple):
@@ -42,33 +38,30 @@ def work_of_step(model: Model, before: State, after: State) -> Work:
     """Trapezoidal work of every term between two states a step apart."""
     if model.grid.is_surface:
         return _work_on_surface(model, before, after)
-    parts = np.zeros(4)
     old, new = before.wall, after.wall
-    rho_0, zeta_0 = column(old.position, 0, 0), column(old.position, 0, 2)
-    rho_1, zeta_1 = column(new.position, 0, 0), column(new.position, 0, 2)
-    _wall_work(
-        rho_0,
-        zeta_0,
-        column(old.stretch_rate, 0),
-        column(old.hoop_rate, 0),
-        np.ascontiguousarray(old.drive[:, :, 0]),
-        rho_1,
-        zeta_1,
-        column(new.stretch_rate, 0),
-        column(new.hoop_rate, 0),
-        np.ascontiguousarray(new.drive[:, :, 0]),
-        model.wall,
+    parts = np.empty(4)
+    volume_0, volume_1 = wall_work(
+        old.position,
+        old.velocity,
+        old.stretch_rate,
+        old.hoop_rate,
+        old.drive,
+        new.position,
+        new.velocity,
+        new.stretch_rate,
+        new.hoop_rate,
+        new.drive,
+        packed(model.wall),
         parts,
     )
-    parts[2] += _bending_loss(model, old, new)
+    stored, active, viscous, floor = parts.tolist()
     pellet_volume = model.pellet.volume if model.pellet.present else 0.0
-    gas = _gas_energy(model, lumen_volume(rho_0, zeta_0) - pellet_volume)
-    gas -= _gas_energy(model, lumen_volume(rho_1, zeta_1) - pellet_volume)
+    gas = _gas_energy(model, volume_0 - pellet_volume) - _gas_energy(model, volume_1 - pellet_volume)
     kinetic = 0.0
     if model.inertia:
         squares = [float((wall.velocity[:, 0, [0, 2]] ** 2).sum()) for wall in (old, new)]
         kinetic = _kinetic(model, squares)
-    return Work(-parts[1], gas, parts[0], parts[2] + parts[3], _lost_pellet(model, before, after), kinetic)
+    return Work(-active, gas, stored, viscous + floor, _lost_pellet(model, before, after), kinetic)
 
 
 def _work_on_surface(model: Model, before: State, after: State) -> Work:
@@ -132,18 +125,6 @@ def momentum_of_step(model: Model, before: State, after: State) -> Momentum:
     return Momentum(anal - oral, force, friction, inertia)
 
 
-def _bending_loss(model: Model, old: WallState, new: WallState) -> float:
-    """Work lost in the bending viscosity [mN cm]: its trapezoidal force on the change of curvature."""
-    wall = model.wall
-
-    def second(field: Floats) -> Floats:
-        return np.asarray(field[:-2, 0] - 2.0 * field[1:-1, 0] + field[2:, 0])[:, [0, 2]]
-
-    mean = 0.5 * (second(old.velocity) + second(new.velocity))
-    change = second(new.position) - second(old.position)
-    return float(2.0 * math.pi * wall.radius * wall.bending_viscosity / wall.element_size**3 * (mean * change).sum())
-
-
 def _gas_energy(model: Model, volume: float) -> float:
     """Energy of the lumen's content against V0 [mN cm]: minus the integral of p dV, in closed form."""
     lumen = model.lumen
@@ -159,55 +140,3 @@ def _friction_power(model: Model, state: State) -> float:
         return 0.0
     speed = sliding_speed(model, state.pellet)
     return model.pellet.viscous * speed * speed + dry_friction_now(model, state.pellet) * abs(speed)
-
-
-@compiled
-def _wall_work(
-    rho_0: np.ndarray,
-    zeta_0: np.ndarray,
-    stretch_rate_0: np.ndarray,
-    hoop_rate_0: np.ndarray,
-    drive_0: np.ndarray,
-    rho_1: np.ndarray,
-    zeta_1: np.ndarray,
-    stretch_rate_1: np.ndarray,
-    hoop_rate_1: np.ndarray,
-    drive_1: np.ndarray,
-    c: WallConstants,
-    out: np.ndarray,
-) -> None:
-    """Work on the wall by part into `out`: passive with bending, active, viscous, and what the floor adds."""
-    old = np.empty(PARTS)
-    new = np.empty(PARTS)
-    out[:] = 0.0
-    h = c.element_size
-    for e in range(rho_0.size - 1):
-        stretch_0 = math.hypot(rho_0[e + 1] - rho_0[e], zeta_0[e + 1] - zeta_0[e]) / h
-        stretch_1 = math.hypot(rho_1[e + 1] - rho_1[e], zeta_1[e + 1] - zeta_1[e]) / h
-        for i in (e, e + 1):
-            k = e + i
-            hoop_0 = rho_0[i] / c.radius
-            hoop_1 = rho_1[i] / c.radius
-            corner_tension(stretch_0, hoop_0, stretch_rate_0[e], hoop_rate_0[i], drive_0[0, k], drive_0[1, k], c, old)
-            corner_tension(stretch_1, hoop_1, stretch_rate_1[e], hoop_rate_1[i], drive_1[0, k], drive_1[1, k], c, new)
-            for layer in range(2):
-                across_0 = (stretch_0 if layer else hoop_0) if c.published else 1.0
-                across_1 = (stretch_1 if layer else hoop_1) if c.published else 1.0
-                change = (hoop_1 - hoop_0) if layer else (stretch_1 - stretch_0)
-                total = 0.0
-                for part in range(4):
-                    mean = 0.5 * (old[4 * layer + part] * across_0 + new[4 * layer + part] * across_1)
-                    if part < 3:
-                        out[part] += mean * change
-                        total += mean * change
-                    else:
-                        out[3] += mean * change - total
-    for part in range(4):
-        out[part] *= math.pi * c.radius * h
-    bending = 0.0
-    for i in range(1, rho_0.size - 1):
-        bending += (rho_1[i - 1] - 2.0 * rho_1[i] + rho_1[i + 1]) ** 2
-        bending += (zeta_1[i - 1] - 2.0 * zeta_1[i] + zeta_1[i + 1]) ** 2
-        bending -= (rho_0[i - 1] - 2.0 * rho_0[i] + rho_0[i + 1]) ** 2
-        bending -= (zeta_0[i - 1] - 2.0 * zeta_0[i] + zeta_0[i + 1]) ** 2
-    out[0] += math.pi * c.radius * c.bending_stiffness / h**3 * bending

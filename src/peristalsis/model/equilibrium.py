@@ -3,31 +3,63 @@
 Unknowns are the wall nodes, the contact densities Q, and three scalars: lumen pressure p, pellet centre Z and axial
 force F. At a touching node the equilibrium along the normal only tells Q: it gives its place in the
 band to the closed gap. The scalars border the banded tangent of the wall.
+
+What makes the iteration long is local: a wall element that goes slack or taut where the wave arrives, a node that
+joins or leaves the contact. So a stretch of wall around the large residuals is first brought to rest by itself, with
+everything else held; the iteration over all unknowns then meets a smooth remainder, and it alone decides about
+convergence.
 """
 
 from __future__ import annotations
 
 import math
+import threading
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.tube import lumen_volume
-from ..numerics.banded import HALF_WIDTH, solve_banded_in_place, solve_small_in_place
-from ..numerics.compiled import compiled
+from ..numerics.block_band import COLUMNS, DIAGONAL, PADDING, RIGHT, ROWS, solve_blocks_in_place
+from ..numerics.compiled import INDEX, compiled
+from ..numerics.reductions import dot, squares_and_largest
+from ..numerics.small import solve_small_in_place
 from ..pellet.contact import AUGMENTATION
 from ..pellet.friction import sliding_velocity
 from ..pellet.sphere import gap_and_normal
-from ..wall.membrane import WallConstants, assemble_pressure, assemble_wall
+from ..wall.assembly import (
+    FORCE_R,
+    FORCE_Z,
+    HISTORY_HOOP,
+    HISTORY_R,
+    HISTORY_STRETCH,
+    HISTORY_Z,
+    KNOWN_ROWS,
+    VOLUME_R,
+    VOLUME_Z,
+    WALL_ROWS,
+    set_drives,
+    wall_forces,
+    wall_tangent,
+)
+from ..wall.membrane import WallConstants
+from .constants import LumenConstants, PelletConstants, Step, packed, unpack_lumen, unpack_pellet, unpack_wall
+
+__all__ = ["LumenConstants", "PelletConstants", "Step", "solve_equilibrium", "solve_packed", "workspace"]
+
+Floats = NDArray[np.float64]
 
 TENSION_SCALE = 10.0
 """Tension against which force residuals are measured [mN/cm], about p0 r0."""
 GAP_SCALE = 1.0e5
 """Weight of an open gap in the merit of the line search [mN/cm^3]: heavy, or a nearly slack wall refuses contact."""
 ROUNDOFF = 16.0 * 2.0**-52
+SHORTER = 0.25
 SMALLEST_STEP = 1.0 / 16.0
+"""Lengths of the line search: 1, 1/4, 1/16. Where a kink spoils the whole update, one half as long does no better."""
 MEMORY = 2
-"""The line search asks for less than the largest of this many last merits."""
+KINK_ALLOWANCE = 2.0
+"""The line search asks for less than this times the largest of so many last merits: an update may pass a kink."""
 FIRST_ALLOWANCE = 2.0
 """The first updates may raise the merit: they leave the kinks of the extrapolated guess."""
 
@@ -40,173 +72,401 @@ REASONS = (
 )
 
 
-class PelletConstants(NamedTuple):
-    """Pellet and friction: cm, mN, s. `frame` w is 0 for friction at rest, 1 against the moving wall, Eq. (27).
+LOCAL_SHARE = 0.01
+"""Nodes with a residual above this share of the largest belong to the stretch that is solved by itself."""
+LOCAL_MARGIN = 16
+"""Nodes added to it on either side."""
+LOCAL_WIDTH = 0.4
+"""A stretch longer than this share of the wall is left to the iteration over all unknowns."""
+LOCAL_ITERATIONS = 4
+LOCAL_GOAL = 0.003
+"""The stretch is left when its residual fell to this share."""
+LOCAL_WORTH = 0.1
+"""Largest residual below which the iteration over all unknowns needs no help."""
+KNOWN = KNOWN_ROWS + 3
+VELOCITY_R, VELOCITY_Z, WEIGHT = range(KNOWN_ROWS, KNOWN)
+"""Rows of `known` beyond those of the wall: histories of the velocities [cm/s] (inertia), shares of the friction."""
+GAP, NORMAL_R, NORMAL_Z, TOUCHES = range(WALL_ROWS, WALL_ROWS + 4)
+CHANGE_R, CHANGE_Z, CHANGE_Q, KEPT_R, KEPT_Z, KEPT_Q = range(WALL_ROWS + 4, WALL_ROWS + 10)
+LOCAL_R, LOCAL_Z, LOCAL_Q = range(WALL_ROWS + 10, WALL_ROWS + 13)
+FORCE_ROW = WALL_ROWS + 13  # derivatives of the pellet's force by rho and zeta
+BORDER = WALL_ROWS + 15  # along the normal of touching nodes: 1, dp, dZ, dF
+NORMAL = WALL_ROWS + 19  # along the normal of touching nodes: the ten entries of the tangent
+ENTRIES = 10
+WORK = NORMAL + ENTRIES
+"""Rows of `work` beyond those of the wall: contact at the nodes, changes in an iteration, states to go back to, and
+what the row of the pellet's force is made of."""
 
-    tangential: the reaction on the wall lies in its tangent plane, as that of Eq. (51) does; else it is axial.
-    """
 
-    present: bool
-    radius: float
-    viscous: float
-    dry: float
-    frame: float
-    volume: float
-    tangential: bool = False
+class Settings(NamedTuple):
+    """What a solve is asked for: formulas of the step, tolerances, limit of iterations; and scales that follow."""
 
-
-class LumenConstants(NamedTuple):
-    """Adiabatic lumen, Eq. (17): p = pressure*(reference_volume/V)^exponent in mN/cm^2 and cm^3."""
-
-    pressure: float
-    reference_volume: float
-    exponent: float
-
-
-class Step(NamedTuple):
-    """Formulas of one step: wall rates (history*, slope), pellet Z = pellet_history + pellet_weight*velocity."""
-
-    slope: float
-    inertia: bool
-    pellet_history: float
-    pellet_weight: float
+    step: Step
+    tolerance: float
+    gap_tolerance: float
+    max_iterations: int
+    unit: float
+    circumference: float
 
 
 @compiled
-def solve_equilibrium(
+def _forces(
     rho: np.ndarray,
     zeta: np.ndarray,
     density: np.ndarray,
     scalars: np.ndarray,
-    history: np.ndarray,
-    velocity_history: np.ndarray,
-    stretch_history: np.ndarray,
-    hoop_history: np.ndarray,
-    drive_longitudinal: np.ndarray,
-    drive_circular: np.ndarray,
-    friction_weight: np.ndarray,
-    step: Step,
+    known: np.ndarray,
     wall: WallConstants,
     pellet: PelletConstants,
-    lumen: LumenConstants,
-    tolerance: float,
-    gap_tolerance: float,
-    max_iterations: int,
-) -> tuple[int, int, int]:
-    """Solve in place for rho, zeta [cm], density Q [mN/cm^2] and scalars (p, Z, F).
+    settings: Settings,
+    first: int,
+    last: int,
+    work: np.ndarray,
+) -> bool:
+    """Residual forces on the nodes first...last, and where they touch the pellet; False out of range."""
+    step = settings.step
+    if not wall_forces(rho, zeta, known, step.slope, wall, first, last, work):
+        return False
+    first, high = first & INDEX, (last + 1) & INDEX
+    for i in range(first, high):
+        work[FORCE_R, i] -= scalars[0] * work[VOLUME_R, i]
+        work[FORCE_Z, i] -= scalars[0] * work[VOLUME_Z, i]
+    h = wall.element_size
+    if step.inertia:
+        mass = wall.surface_density * h * step.slope
+        for i in range(first, high):
+            work[FORCE_R, i] += mass * ((rho[i] - known[HISTORY_R, i]) * step.slope - known[VELOCITY_R, i])
+            work[FORCE_Z, i] += mass * ((zeta[i] - known[HISTORY_Z, i]) * step.slope - known[VELOCITY_Z, i])
+    if pellet.present:
+        reaction = pellet.frame * scalars[2] / settings.circumference
+        for i in range(first, high):
+            axial = zeta[i] - scalars[1]
+            work[TOUCHES, i] = 0.0
+            work[FORCE_Z, i] -= reaction * known[WEIGHT, i]
+            if pellet.tangential:
+                work[FORCE_R, i] += reaction * known[WEIGHT, i] * axial / rho[i]
+            if density[i] == 0.0 and abs(axial) > pellet.radius:
+                continue
+            gap, normal_r, normal_z, _ = gap_and_normal(rho[i], axial, pellet.radius)
+            work[GAP, i] = gap
+            work[NORMAL_R, i] = normal_r
+            work[NORMAL_Z, i] = normal_z
+            if density[i] - AUGMENTATION * gap > 0.0:
+                work[TOUCHES, i] = 1.0
+            q = h * density[i]
+            work[FORCE_R, i] -= q * normal_r
+            work[FORCE_Z, i] -= q * normal_z
+    return True
 
-    history: position history (2, n); velocity_history: the same for velocities (inertia). tolerance: force residual
-    over TENSION_SCALE; gap_tolerance: gap left at touching nodes [cm]. friction_weight: share of the friction reaction
-    on each node (sums to one, or zero without contact). Returns (code, iterations, assemblies); unless the code is
-    CONVERGED the arrays hold a trial state that must not be used.
+
+@compiled
+def _measure(
+    density: np.ndarray, wall: WallConstants, settings: Settings, first: int, last: int, work: np.ndarray
+) -> tuple[float, float]:
+    """(sum of squares, largest) of the scaled residuals at the nodes first...last, as acceptance sees the largest."""
+    first, high = first & INDEX, (last + 1) & INDEX
+    open_unit = wall.radius / TENSION_SCALE
+    gap_unit = GAP_SCALE / TENSION_SCALE
+    gap_weight = settings.tolerance / settings.gap_tolerance
+    squares_r, loudest_r = squares_and_largest(work[FORCE_R], first, high)
+    squares_z, loudest_z = squares_and_largest(work[FORCE_Z], first, high)
+    total = (squares_r + squares_z) / (settings.unit * settings.unit)
+    worst = max(loudest_r, loudest_z) / settings.unit
+    for i in range(first, high):
+        if work[TOUCHES, i] != 0.0:
+            error = gap_unit * abs(work[GAP, i])
+            worst = max(worst, abs(work[GAP, i]) * gap_weight)
+        elif density[i] != 0.0:
+            error = open_unit * abs(density[i])
+            worst = max(worst, error)
+        else:
+            continue
+        total += error * error
+    return total, worst
+
+
+@compiled
+def _linearise(
+    rho: np.ndarray,
+    zeta: np.ndarray,
+    density: np.ndarray,
+    scalars: np.ndarray,
+    known: np.ndarray,
+    wall: WallConstants,
+    pellet: PelletConstants,
+    settings: Settings,
+    first: int,
+    last: int,
+    work: np.ndarray,
+    system: np.ndarray,
+    border: np.ndarray,
+) -> float:
+    """Linear system of the nodes first...last: tangent, and columns of 1, dp, dZ, dF on the right.
+
+    At touching nodes the equilibrium along the normal is set aside in `work`. Its FORCE_ROW and border[2] receive the
+    row of dF - dF_z; the right-hand side of that, without the residual, is returned.
+    """
+    step = settings.step
+    wall_tangent(rho, zeta, scalars[0], step.slope, wall, first, last, work, system)
+    first, high = first & INDEX, (last + 1) & INDEX
+    h = wall.element_size
+    for i in range(first, high):
+        system[RIGHT, i] = -work[FORCE_R, i]
+        system[RIGHT + 1, i] = -work[FORCE_Z, i]
+        system[RIGHT + 2, i] = -work[VOLUME_R, i]
+        system[RIGHT + 3, i] = -work[VOLUME_Z, i]
+        system[RIGHT + 4, i] = 0.0
+        system[RIGHT + 5, i] = 0.0
+    if step.inertia:
+        mass = wall.surface_density * h * step.slope * step.slope
+        for i in range(first, high):
+            system[DIAGONAL, i] += mass
+            system[DIAGONAL + 3, i] += mass
+    force_right = 0.0
+    if not pellet.present:
+        return force_right
+    circumference = settings.circumference
+    if pellet.frame != 0.0:
+        for i in range(first, high):
+            system[RIGHT + 6, i] = 0.0
+            system[RIGHT + 7, i] = -pellet.frame * known[WEIGHT, i] / circumference
+    if pellet.tangential:
+        for i in range(first, high):
+            pull = pellet.frame * known[WEIGHT, i] / (circumference * rho[i])
+            axial = zeta[i] - scalars[1]
+            system[DIAGONAL, i] -= pull * scalars[2] * axial / rho[i]
+            system[DIAGONAL + 1, i] += pull * scalars[2]
+            system[RIGHT + 4, i] = -pull * scalars[2]
+            system[RIGHT + 6, i] = pull * axial
+    for i in range(first, high):
+        nr, nz = work[NORMAL_R, i], work[NORMAL_Z, i]
+        if work[TOUCHES, i] == 0.0:
+            if density[i] != 0.0:
+                system[RIGHT, i] -= h * density[i] * nr
+                system[RIGHT + 1, i] -= h * density[i] * nz
+                force_right += circumference * h * density[i] * nz
+            continue
+        # Keep the normal equilibrium aside, h*dQ = NORMAL.dx + BORDER.(1, dp, dZ, dF); the tangential one takes the
+        # second row, the closed gap the first.
+        turn = h * density[i] / (work[GAP, i] + pellet.radius)
+        share = circumference * nz
+        for k in range(ENTRIES + COLUMNS):
+            # Right-hand sides continue the blocks: two numbers for every column.
+            above = 4 * (k // 2) + k % 2 if k < ENTRIES else RIGHT + 2 * (k - ENTRIES)
+            below = above + 2 if k < ENTRIES else above + 1
+            along_r, along_z = system[above, i], system[below, i]
+            work[NORMAL + k if k < ENTRIES else BORDER + k - ENTRIES, i] = nr * along_r + nz * along_z
+            system[below, i] = nr * along_z - nz * along_r
+            system[above, i] = 0.0
+        system[DIAGONAL + 2, i] += turn * nz
+        system[DIAGONAL + 3, i] -= turn * nr
+        system[RIGHT + 5, i] += turn * nr
+        system[DIAGONAL, i] = nr
+        system[DIAGONAL + 1, i] = nz
+        system[RIGHT, i] = -work[GAP, i]
+        system[RIGHT + 4, i] = -nz
+        # Row of dF - dF_z, with dF_z = -circumference * d(h Q n_zeta).
+        for k in range(ENTRIES):
+            node = i + k // 2 - 2
+            if 0 <= node < rho.size:
+                work[FORCE_ROW + k % 2, node] += share * work[NORMAL + k, i]
+        force_right += share * work[BORDER, i]
+        for c in range(3):
+            border[2, c] += share * work[BORDER + 1 + c, i]
+        swing = circumference * turn * nr
+        work[FORCE_ROW, i] -= swing * nz
+        work[FORCE_ROW + 1, i] += swing * nr
+        border[2, 1] -= swing * nr
+    return force_right
+
+
+@compiled
+def _changes(
+    density: np.ndarray,
+    d_scalars: np.ndarray,
+    element_size: float,
+    first: int,
+    last: int,
+    columns: int,
+    system: np.ndarray,
+    work: np.ndarray,
+) -> None:
+    """Changes of rho, zeta and Q at the nodes first...last from the solved system and the change of the scalars."""
+    first, high = first & INDEX, (last + 1) & INDEX
+    for a in range(2):
+        for i in range(first, high):
+            work[CHANGE_R + a, i] = system[RIGHT + a, i]
+        for c in range(1, columns):
+            for i in range(first, high):
+                work[CHANGE_R + a, i] -= d_scalars[c - 1] * system[RIGHT + 2 * c + a, i]
+    for i in range(first, high):
+        work[CHANGE_Q, i] = -density[i]
+        if work[TOUCHES, i] != 0.0:
+            total = -work[BORDER, i]
+            for c in range(3):
+                total += work[BORDER + 1 + c, i] * d_scalars[c]
+            for k in range(ENTRIES):
+                node = i + k // 2 - 2
+                if first <= node < high:
+                    total += work[NORMAL + k, i] * work[CHANGE_R + k % 2, node]
+            work[CHANGE_Q, i] = total / element_size
+
+
+@compiled
+def _settle_stretch(
+    rho: np.ndarray,
+    zeta: np.ndarray,
+    density: np.ndarray,
+    scalars: np.ndarray,
+    known: np.ndarray,
+    wall: WallConstants,
+    pellet: PelletConstants,
+    settings: Settings,
+    worst: float,
+    work: np.ndarray,
+    system: np.ndarray,
+) -> int:
+    """Bring the stretch of wall around the large residuals to rest with all else held; how many iterations it took.
+
+    Keeps the best state it has seen, the first one included, and leaves the forces evaluated there.
     """
     n = rho.size
-    size = 2 * n
+    loud = LOCAL_SHARE * worst * settings.unit
+    low, high = n, 0
+    for i in range(1, n - 1):
+        if abs(work[FORCE_R, i]) > loud or abs(work[FORCE_Z, i]) > loud:
+            low = min(low, i)
+            high = i
+    first = max(1, low - LOCAL_MARGIN)
+    last = min(n - 2, high + LOCAL_MARGIN)
+    size = last - first + 1
+    if size < 1 or size > LOCAL_WIDTH * n:
+        return 0
+    # Two nodes beyond the stretch feel it move, through bending.
+    outer_first, outer_last = max(1, first - 2), min(n - 2, last + 2)
+    columns = min(1, n)  # not a literal, for which the callee would be compiled once more
+    begin, _ = _measure(density, wall, settings, first, last, work)
+    best = begin
+    d_scalars = np.zeros(3)
+    border = np.zeros((3, 3))
+    _keep(rho, zeta, density, first, last, LOCAL_R + columns - 1, work)
+    kept = True
+    taken = 0
+    while taken < LOCAL_ITERATIONS:
+        _linearise(
+            rho, zeta, density, scalars, known, wall, pellet, settings, first, last, work, system, border
+        )  # fmt: skip
+        if not solve_blocks_in_place(system, first, size, columns):
+            break
+        _changes(density, d_scalars, wall.element_size, first, last, columns, system, work)
+        taken += 1
+        for i in range(first, last + 1):
+            rho[i] += work[CHANGE_R, i]
+            zeta[i] += work[CHANGE_Z, i]
+            density[i] += work[CHANGE_Q, i]
+        kept = False
+        if not _forces(
+            rho, zeta, density, scalars, known, wall, pellet, settings, outer_first, outer_last, work
+        ):  # fmt: skip
+            break
+        total, _ = _measure(density, wall, settings, first, last, work)
+        if total < best:
+            best = total
+            kept = True
+            _keep(rho, zeta, density, first, last, LOCAL_R + columns - 1, work)
+            if total <= LOCAL_GOAL * LOCAL_GOAL * begin:
+                break
+        elif not total < 100.0 * begin:
+            break
+    if not kept:
+        for i in range(first, last + 1):
+            rho[i], zeta[i], density[i] = work[LOCAL_R, i], work[LOCAL_Z, i], work[LOCAL_Q, i]
+        _forces(rho, zeta, density, scalars, known, wall, pellet, settings, outer_first, outer_last, work)
+    return taken
+
+
+@compiled
+def _keep(
+    rho: np.ndarray, zeta: np.ndarray, density: np.ndarray, first: int, last: int, row: int, work: np.ndarray
+) -> None:
+    for i in range(first, last + 1):
+        work[row, i], work[row + 1, i], work[row + 2, i] = rho[i], zeta[i], density[i]
+
+
+@compiled
+def solve_packed(
+    rho: np.ndarray,
+    zeta: np.ndarray,
+    density: np.ndarray,
+    scalars: np.ndarray,
+    known: np.ndarray,
+    wall_numbers: np.ndarray,
+    pellet_numbers: np.ndarray,
+    lumen_numbers: np.ndarray,
+    settings_numbers: np.ndarray,
+    work: np.ndarray,
+    system: np.ndarray,
+) -> tuple[int, int, int]:
+    """`solve_equilibrium` on tables and packed constants; `known` has KNOWN rows and a column for every node.
+
+    settings_numbers: slope, inertia, pellet_history, pellet_weight of `Step`, tolerance, gap_tolerance, max_iterations.
+    work, system: `workspace(n)`; what stands in them beforehand does not matter.
+    """
+    wall, pellet, lumen = unpack_wall(wall_numbers), unpack_pellet(pellet_numbers), unpack_lumen(lumen_numbers)
+    s = settings_numbers
+    step = Step(s[0], s[1] != 0.0, s[2], s[3])
+    n = rho.size
     h = wall.element_size
     circumference = 2.0 * math.pi * wall.radius
     unit = TENSION_SCALE * h / wall.radius
     # Positions are known to one part in 2^52 of the tube's length; the dashpot turns that into a force.
-    reachable = ROUNDOFF * zeta[n - 1] / h * wall.viscosity * step.slope / unit
-    tolerance = max(tolerance, reachable)
-    residual = np.empty(size)
-    matrix = np.empty((size + HALF_WIDTH, 2 * HALF_WIDTH + 1))
-    gradient = np.empty(size)
-    right = np.zeros((size + HALF_WIDTH, 4))
+    tolerance = max(s[4], ROUNDOFF * zeta[n - 1] / h * wall.viscosity * step.slope / unit)
+    settings = Settings(step, tolerance, s[5], int(s[6]), unit, circumference)
+    # All other rows are written before they are read.
+    work[TOUCHES] = 0.0
+    system[RIGHT + 6] = 0.0
+    system[RIGHT + 7] = 0.0
+    system[:, n:] = 0.0
+    first, last = min(1, n), n - 2
     columns = 4 if pellet.present and pellet.frame != 0.0 else 3
-    normal_row = np.empty((n, 2 * HALF_WIDTH + 2))
-    normal_border = np.empty((n, 4))
-    force_row = np.empty(size)
     border = np.empty((3, 3))
     border_right = np.empty(3)
-    touching = np.zeros(n, np.bool_)
-    gap = np.empty(n)
-    nr = np.empty(n)
-    nz = np.empty(n)
-    d_density = np.empty(n)
-    old_rho = rho.copy()
-    old_zeta = zeta.copy()
-    old_density = density.copy()
     old_scalars = scalars.copy()
     d_scalars = np.zeros(3)
     merits = np.full(MEMORY, math.inf)
     length = 1.0
-    merit = math.inf
     iteration = 0
     evaluations = 0
     best_merit = math.inf
     best_length = 1.0
-    settled = False
+    settled = False  # the state is not to be judged by the line search
+    evaluated = False  # forces belong to the state
+    fresh = True  # the stretch of large residuals has not been looked at since the last update
     while True:
-        # Residual and tangent at the trial state.
-        evaluations += 1
-        residual[:] = 0.0
-        matrix[:, :] = 0.0
-        ok = assemble_wall(
-            rho,
-            zeta,
-            history,
-            stretch_history,
-            hoop_history,
-            step.slope,
-            drive_longitudinal,
-            drive_circular,
-            wall,
-            residual,
-            matrix,
-        )
-        if ok:
-            assemble_pressure(rho, zeta, scalars[0], wall, gradient, residual, matrix)
-            if step.inertia:
-                mass = wall.surface_density * h * step.slope
-                for i in range(1, n - 1):
-                    vr = (rho[i] - history[0, i]) * step.slope
-                    vz = (zeta[i] - history[1, i]) * step.slope
-                    residual[2 * i] += mass * (vr - velocity_history[0, i])
-                    residual[2 * i + 1] += mass * (vz - velocity_history[1, i])
-                    matrix[2 * i, HALF_WIDTH] += mass * step.slope
-                    matrix[2 * i + 1, HALF_WIDTH] += mass * step.slope
-            for k in range(2):
-                residual[k] = 0.0
-                residual[size - 1 - k] = 0.0
-            volume = lumen_volume(rho, zeta) - (pellet.volume if pellet.present else 0.0)
-            ok = volume > 0.0
+        if not evaluated:
+            evaluations += 1
+            evaluated = _forces(rho, zeta, density, scalars, known, wall, pellet, settings, first, last, work)
+        ok = evaluated
         total = 0.0
         worst = math.inf
+        law = r_pressure = r_force = r_centre = speed_slope = volume = 0.0
+        if ok:
+            volume = lumen_volume(rho, zeta) - (pellet.volume if pellet.present else 0.0)
+            ok = volume > 0.0
         if ok:
             law = lumen.pressure * (lumen.reference_volume / volume) ** lumen.exponent
-            axial = 0.0
-            wall_velocity = 0.0
-            worst = 0.0
-            if pellet.present:
-                for i in range(1, n - 1):
-                    gap[i], nr[i], nz[i], _ = gap_and_normal(rho[i], zeta[i] - scalars[1], pellet.radius)
-                    touching[i] = density[i] - AUGMENTATION * gap[i] > 0.0
-                    q = h * density[i]
-                    residual[2 * i] -= q * nr[i]
-                    residual[2 * i + 1] -= q * nz[i] + pellet.frame * friction_weight[i] * scalars[2] / circumference
-                    if pellet.tangential:
-                        pull = pellet.frame * friction_weight[i] / (circumference * rho[i])
-                        residual[2 * i] += pull * scalars[2] * (zeta[i] - scalars[1])
-                        matrix[2 * i, HALF_WIDTH] -= pull * scalars[2] * (zeta[i] - scalars[1]) / rho[i]
-                        matrix[2 * i, HALF_WIDTH + 1] += pull * scalars[2]
-                    axial -= circumference * q * nz[i]
-                    wall_velocity += friction_weight[i] * (zeta[i] - history[1, i]) * step.slope
-                    if touching[i]:
-                        error = GAP_SCALE * abs(gap[i]) / TENSION_SCALE
-                        worst = max(worst, abs(gap[i]) / gap_tolerance * tolerance)
-                    else:
-                        error = wall.radius * abs(density[i]) / TENSION_SCALE
-                        worst = max(worst, error)
-                    total += error * error
-            for k in range(size):
-                error = abs(residual[k]) / unit
-                total += error * error
-                worst = max(worst, error)
+            total, worst = _measure(density, wall, settings, first, last, work)
             r_pressure = scalars[0] - law
-            speed, speed_slope = sliding_velocity(scalars[2], pellet.viscous, pellet.dry)
-            r_centre = 0.0
-            r_force = 0.0
             if pellet.present:
+                speed, speed_slope = sliding_velocity(scalars[2], pellet.viscous, pellet.dry)
+                axial = 0.0
+                wall_velocity = 0.0
+                for i in range(1, n - 1):
+                    if density[i] != 0.0:
+                        axial -= circumference * h * density[i] * work[NORMAL_Z, i]
+                        wall_velocity += known[WEIGHT, i] * (zeta[i] - known[HISTORY_Z, i]) * step.slope
+                    elif known[WEIGHT, i] != 0.0:
+                        wall_velocity += known[WEIGHT, i] * (zeta[i] - known[HISTORY_Z, i]) * step.slope
                 r_force = scalars[2] - axial
                 r_centre = (
                     scalars[1] - step.pellet_history - step.pellet_weight * (pellet.frame * wall_velocity + speed)
@@ -228,97 +488,48 @@ def solve_equilibrium(
         highest = 0.0
         for m in merits:
             highest = max(highest, m)
-        if iteration > 0 and not settled and not (ok and merit <= (1.0 - 1e-4 * length) * highest):
+        if iteration > 0 and not settled and not (ok and merit <= KINK_ALLOWANCE * highest):
             if merit < best_merit:
                 best_merit = merit
                 best_length = length
-            length *= 0.5
+            length *= SHORTER
             if length < SMALLEST_STEP:
                 if not math.isfinite(best_merit):
                     return OUT_OF_RANGE, iteration, evaluations
                 length = best_length
                 settled = True
-            for i in range(n):
-                rho[i] = old_rho[i] + length * right[2 * i, 0]
-                zeta[i] = old_zeta[i] + length * right[2 * i + 1, 0]
-                density[i] = old_density[i] + length * d_density[i]
+            for i in range(first, n - 1):
+                rho[i] = work[KEPT_R, i] + length * work[CHANGE_R, i]
+                zeta[i] = work[KEPT_Z, i] + length * work[CHANGE_Z, i]
+                density[i] = work[KEPT_Q, i] + length * work[CHANGE_Q, i]
             for k in range(3):
                 scalars[k] = old_scalars[k] + length * d_scalars[k]
+            evaluated = False
             continue
         if not ok:
             return OUT_OF_RANGE, iteration, evaluations
-        if iteration >= max_iterations:
+        if iteration >= settings.max_iterations:
             return NOT_CONVERGED, iteration, evaluations
+        if fresh and worst > LOCAL_WORTH:
+            fresh = False
+            taken = _settle_stretch(
+                rho, zeta, density, scalars, known, wall, pellet, settings, worst, work, system
+            )  # fmt: skip
+            if taken > 0:
+                settled = True
+                continue
         merits[iteration % MEMORY] = merit
         if iteration == 0:
             merits[:] = FIRST_ALLOWANCE * merit
         best_merit = math.inf
         settled = False
-        # Border the band: columns of dp, dZ, dF, and the rows of the scalars.
         border[:, :] = 0.0
-        force_row[:] = 0.0
-        for k in range(size):
-            right[k, 0] = -residual[k]
-            right[k, 1] = -gradient[k]
-            right[k, 2] = 0.0
-            right[k, 3] = 0.0
-        right[size:, :] = 0.0
-        force_right = -r_force
-        if pellet.present:
-            for i in range(1, n - 1):
-                r = 2 * i
-                right[r + 1, 3] = -pellet.frame * friction_weight[i] / circumference
-                if pellet.tangential:
-                    pull = pellet.frame * friction_weight[i] / (circumference * rho[i])
-                    right[r, 2] = -pull * scalars[2]
-                    right[r, 3] = pull * (zeta[i] - scalars[1])
-                if not touching[i]:
-                    right[r, 0] -= h * density[i] * nr[i]
-                    right[r + 1, 0] -= h * density[i] * nz[i]
-                    force_right += circumference * h * density[i] * nz[i]
-                    continue
-                # Keep the normal equilibrium aside, h*dQ = normal_row.dx + normal_border.(1, dp, dZ, dF).
-                for k in range(2 * HALF_WIDTH + 1):
-                    normal_row[i, k] = nr[i] * matrix[r, k]
-                normal_row[i, 2 * HALF_WIDTH + 1] = 0.0
-                for k in range(2 * HALF_WIDTH + 1):
-                    normal_row[i, k + 1] += nz[i] * matrix[r + 1, k]
-                for c in range(4):
-                    normal_border[i, c] = nr[i] * right[r, c] + nz[i] * right[r + 1, c]
-                turn = h * density[i] / (gap[i] + pellet.radius)
-                # Tangential equilibrium in the second row, the closed gap in the first.
-                for k in range(2 * HALF_WIDTH):
-                    matrix[r + 1, k] = nr[i] * matrix[r + 1, k] - nz[i] * matrix[r, k + 1]
-                matrix[r + 1, 2 * HALF_WIDTH] *= nr[i]
-                matrix[r + 1, HALF_WIDTH - 1] += turn * nz[i]
-                matrix[r + 1, HALF_WIDTH] -= turn * nr[i]
-                for c in range(4):
-                    right[r + 1, c] = nr[i] * right[r + 1, c] - nz[i] * right[r, c]
-                    right[r, c] = 0.0
-                right[r + 1, 2] += turn * nr[i]
-                matrix[r, :] = 0.0
-                matrix[r, HALF_WIDTH] = nr[i]
-                matrix[r, HALF_WIDTH + 1] = nz[i]
-                right[r, 0] = -gap[i]
-                right[r, 2] = -nz[i]
-                # Row of dF - dF_z = force_right, with dF_z = -circumference * d(h Q n_zeta).
-                share = circumference * nz[i]
-                for k in range(2 * HALF_WIDTH + 2):
-                    if 0 <= r + k - HALF_WIDTH < size:
-                        force_row[r + k - HALF_WIDTH] += share * normal_row[i, k]
-                force_right += share * normal_border[i, 0]
-                for c in range(3):
-                    border[2, c] += share * normal_border[i, c + 1]
-                swing = circumference * turn * nr[i]
-                force_row[r] -= swing * nz[i]
-                force_row[r + 1] += swing * nr[i]
-                border[2, 1] -= swing * nr[i]
-        for k in range(2):
-            for row in (k, size - 1 - k):
-                matrix[row, :] = 0.0
-                matrix[row, HALF_WIDTH] = 1.0
-                right[row, :] = 0.0
-        if not solve_banded_in_place(matrix, right, columns):
+        work[FORCE_ROW] = 0.0
+        work[FORCE_ROW + 1] = 0.0
+        force_right = -r_force + _linearise(
+            rho, zeta, density, scalars, known, wall, pellet, settings, first, last, work, system, border
+        )
+        if not solve_blocks_in_place(system, first, n - 2, columns):
             return SINGULAR, iteration, evaluations
         # Border unknowns (dp, dZ, dF); x = x0 - dp*x1 - dZ*x2 - dF*x3.
         pressure_slope = -lumen.exponent * law / volume * circumference
@@ -330,46 +541,92 @@ def solve_equilibrium(
         border_right[2] = force_right if pellet.present else 0.0
         if pellet.present:
             border[1, 2] = -step.pellet_weight * speed_slope
-        for k in range(size):
-            row_pressure = -pressure_slope * gradient[k]
-            border_right[0] -= row_pressure * right[k, 0]
-            for c in range(3):
-                border[0, c] -= row_pressure * right[k, c + 1]
+        for c in range(columns):
+            column_r, column_z = system[RIGHT + 2 * c], system[RIGHT + 2 * c + 1]
+            by_pressure = -dot(work[VOLUME_R], column_r, first, n - 1) - dot(work[VOLUME_Z], column_z, first, n - 1)
+            by_force = by_centre = 0.0
             if pellet.present:
-                border_right[2] -= force_row[k] * right[k, 0]
-                for c in range(3):
-                    border[2, c] -= force_row[k] * right[k, c + 1]
-        if pellet.present and pellet.frame != 0.0:
-            for i in range(1, n - 1):
-                row_wall = -step.pellet_weight * pellet.frame * friction_weight[i] * step.slope
-                border_right[1] -= row_wall * right[2 * i + 1, 0]
-                for c in range(3):
-                    border[1, c] -= row_wall * right[2 * i + 1, c + 1]
+                by_force = dot(work[FORCE_ROW], column_r, first, n - 1)
+                by_force += dot(work[FORCE_ROW + 1], column_z, first, n - 1)
+                if pellet.frame != 0.0:
+                    by_centre = -dot(known[WEIGHT], column_z, first, n - 1)
+                    by_centre *= step.pellet_weight * pellet.frame * step.slope
+            by_pressure *= pressure_slope
+            if c == 0:
+                border_right[0] -= by_pressure
+                border_right[1] -= by_centre
+                border_right[2] -= by_force
+            else:
+                border[0, c - 1] -= by_pressure
+                border[1, c - 1] -= by_centre
+                border[2, c - 1] -= by_force
         if not solve_small_in_place(border, border_right):
             return SINGULAR, iteration, evaluations
-        for k in range(3):
-            d_scalars[k] = border_right[k]
-        for k in range(size):
-            right[k, 0] -= d_scalars[0] * right[k, 1] + d_scalars[1] * right[k, 2] + d_scalars[2] * right[k, 3]
-        old_rho[:] = rho
-        old_zeta[:] = zeta
-        old_density[:] = density
+        d_scalars[:] = border_right
+        _changes(density, d_scalars, h, first, last, columns, system, work)
+        _keep(rho, zeta, density, first, last, KEPT_R + first - 1, work)
         old_scalars[:] = scalars
-        for i in range(n):
-            d_density[i] = -density[i]
-            if touching[i]:
-                change = -normal_border[i, 0]
-                for c in range(3):
-                    change += normal_border[i, c + 1] * d_scalars[c]
-                for k in range(2 * HALF_WIDTH + 2):
-                    if 0 <= 2 * i + k - HALF_WIDTH < size:
-                        change += normal_row[i, k] * right[2 * i + k - HALF_WIDTH, 0]
-                d_density[i] = change / h
         length = 1.0
         iteration += 1
-        for i in range(n):
-            rho[i] += right[2 * i, 0]
-            zeta[i] += right[2 * i + 1, 0]
-            density[i] += d_density[i]
+        for i in range(first, n - 1):
+            rho[i] += work[CHANGE_R, i]
+            zeta[i] += work[CHANGE_Z, i]
+            density[i] += work[CHANGE_Q, i]
         for k in range(3):
             scalars[k] += d_scalars[k]
+        evaluated = False
+        fresh = True
+
+
+_kept = threading.local()
+
+
+def workspace(n: int) -> tuple[Floats, Floats]:
+    """Tables for `solve_packed` with n nodes, one pair a thread, kept: half a megabyte is not asked for every step."""
+    if getattr(_kept, "nodes", 0) != n:
+        _kept.nodes = n
+        _kept.tables = np.empty((WORK, n)), np.empty((ROWS, n + PADDING))
+    tables: tuple[Floats, Floats] = _kept.tables
+    return tables
+
+
+def solve_equilibrium(
+    rho: Floats,
+    zeta: Floats,
+    density: Floats,
+    scalars: Floats,
+    history: Floats,
+    velocity_history: Floats,
+    stretch_history: Floats,
+    hoop_history: Floats,
+    drive_longitudinal: Floats,
+    drive_circular: Floats,
+    friction_weight: Floats,
+    step: Step,
+    wall: WallConstants,
+    pellet: PelletConstants,
+    lumen: LumenConstants,
+    tolerance: float,
+    gap_tolerance: float,
+    max_iterations: int,
+) -> tuple[int, int, int]:
+    """Solve in place for rho, zeta [cm], density Q [mN/cm^2] and scalars (p, Z, F).
+
+    history: position history (2, n); velocity_history: the same for velocities (inertia). drives: of half elements
+    [mV], (2n - 2,). tolerance: force residual over TENSION_SCALE; gap_tolerance: gap left at touching nodes [cm].
+    friction_weight: share of the friction reaction on each node (sums to one, or zero without contact). Returns
+    (code, iterations over all unknowns, assemblies of the whole wall); unless the code is CONVERGED the arrays hold a
+    trial state that must not be used.
+    """
+    known = np.zeros((KNOWN, rho.size))
+    known[HISTORY_R : HISTORY_Z + 1] = history
+    known[VELOCITY_R : VELOCITY_Z + 1] = velocity_history
+    known[HISTORY_STRETCH, :-1] = stretch_history
+    known[HISTORY_HOOP] = hoop_history
+    known[WEIGHT] = friction_weight
+    set_drives(drive_longitudinal, drive_circular, known)
+    settings = np.array([*step, tolerance, gap_tolerance, max_iterations], dtype=np.float64)
+    code, iterations, assemblies = solve_packed(
+        rho, zeta, density, scalars, known, packed(wall), packed(pellet), packed(lumen), settings, *workspace(rho.size)
+    )
+    return code, iterations, assemblies

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ..wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL, WallConstants, element_stretch, wall_tension
+from .bookkeeping import reactions
+from .constants import packed
 from .state import WallState
 from .surface_fields import (
     around_to_nodes,
@@ -102,31 +102,11 @@ def end_reactions(wall: WallState, constants: WallConstants, pressure: float) ->
     The force on the first and last element corner along z, wall tension minus the pressure's share: on any free
     stretch without contact the sum is constant along z, so the difference of the ends is the pellet's force.
     """
-    corners = corner_tensions(wall, constants)
-    slack = np.minimum(corners[..., TOTAL_LONGITUDINAL], corners[..., TOTAL_CIRCULAR]) <= constants.slack_blend
-    share = float(slack.mean())
     if wall.position.shape[1] > 1:
-        return (*surface_end_reactions(wall, constants, pressure), share)
-    position = wall.position[:, 0, :]
-    forces = []
-    for element, node in ((0, 0), (-1, -1)):
-        step = position[1] - position[0] if element == 0 else position[-1] - position[-2]
-        stretch = math.hypot(step[0], step[2]) / constants.element_size
-        hoops = position[:2, 0] if element == 0 else position[-2:, 0]
-        total = corners[element, :, 0, TOTAL_LONGITUDINAL]
-        nominal = total * hoops / constants.radius if constants.published else total
-        bending = _bending_reaction(position, wall.velocity[:, 0, :], constants, node)
-        tension = float(nominal.mean()) * step[2] / (stretch * constants.element_size) + bending
-        a, b = hoops
-        lumen = pressure * math.pi / 3.0 * float(a * a + a * b + b * b)
-        forces.append(2.0 * math.pi * constants.radius * tension - lumen)
-    return forces[0], forces[1], share
-
-
-def _bending_reaction(position: Floats, velocity: Floats, constants: WallConstants, node: int) -> float:
-    """Axial force that the bending regulariser passes to an end node [mN/cm]."""
-    inner = 1 if node == 0 else -2
-    outer = (0, 1, 2) if node == 0 else (-3, -2, -1)
-    bent, bending = (field[outer[0], 2] - 2.0 * field[inner, 2] + field[outer[2], 2] for field in (position, velocity))
-    force = (constants.bending_stiffness * bent + constants.bending_viscosity * bending) / constants.element_size**3
-    return float(-force if node == 0 else force)
+        corners = corner_tensions(wall, constants)
+        slack = np.minimum(corners[..., TOTAL_LONGITUDINAL], corners[..., TOTAL_CIRCULAR]) <= constants.slack_blend
+        return (*surface_end_reactions(wall, constants, pressure), float(slack.mean()))
+    oral, anal, share = reactions(
+        wall.position, wall.velocity, wall.stretch_rate, wall.hoop_rate, wall.drive, pressure, packed(constants)
+    )
+    return oral, anal, share

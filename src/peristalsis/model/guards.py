@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import DivergenceError
+from ..numerics.compiled import compiled
 from ..tissue.cells.plant import GATES, TABLE_HIGH, TABLE_LOW
 from ..wall.membrane import LARGEST_STRETCH, SMALLEST_STRETCH
 from .fields import stretch_of_elements
@@ -124,14 +125,23 @@ def _trigger(model: Model, state: State) -> str | None:
     return None if bad is None else f"tension seen by the trigger {bad}"
 
 
+@compiled
+def _between(values: np.ndarray, low: float, high: float) -> bool:
+    """Whether every value is a number strictly between the bounds."""
+    good = 0
+    for value in values:
+        good += 1 if (value > low) & (value < high) else 0
+    return good == values.size
+
+
 def _outside(values: Floats, low: float, high: float, places: Floats) -> str | None:
     """The first value that is not a number strictly between two bounds, with its place; None if there is none.
 
     values: (n, ...) along the tube. places: [cm], as many or, for half elements, about half as many.
     """
-    good = (values > low) & (values < high)
-    if good.all():
+    if _between(values.ravel(), low, high):
         return None
+    good = (values > low) & (values < high)
     index = np.unravel_index(int(np.argmin(good)), good.shape)
     place = places[min(int(index[0] * places.size / values.shape[0]), places.size - 1)]
     return f"is {values[index]:.3g} at z = {place:.3g} cm,"

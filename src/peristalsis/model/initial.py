@@ -7,17 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from ..control.reflex import SILENT
 from ..control.sequence import quiet
 from ..errors import DivergenceError
 from ..geometry.tube import lumen_volume
+from ..numerics.roots import find_root
 from ..pellet.friction import dry_friction
 from ..tissue.cells import plant
 from ..tissue.rest import RestState, rest_state, rest_states
 from ..wall.passive import passive_tension
-from .equilibrium import CONVERGED, REASONS, LumenConstants, Step, solve_equilibrium
+from .constants import LumenConstants, Step
+from .equilibrium import CONVERGED, REASONS, solve_equilibrium
 from .model import Layer, Model
 from .state import PelletState, SheetState, State, WallState
 
@@ -129,7 +130,7 @@ def _inflate_and_insert(model: Model) -> tuple[Floats, Floats, Floats, float]:
         pellet = model.pellet._replace(present=radius > 0.0, radius=max(radius, 1e-3), frame=0.0, volume=0.0)
         step = Step(0.0, False, model.start_position, 0.0)
         lumen = LumenConstants(constant, 1.0, 0.0)
-        code: int = solve_equilibrium(
+        code = solve_equilibrium(
             rho,
             zeta,
             contact,
@@ -192,7 +193,7 @@ def _inflated_radius(model: Model, pressure: float) -> float:
                 f"no inflated tube at lumen.pressure = {model.lumen.pressure / 100.0:g} kPa: the passive wall cannot "
                 "hold it; lower the pressure"
             )
-    return wall.radius * float(brentq(excess, 1.0, high))
+    return wall.radius * find_root(excess, 1.0, high)
 
 
 def _continue(

@@ -22,7 +22,7 @@ from ..tissue.conduction import largest_eigenvalue
 from ..tissue.surface import Conductivities, stability_rate
 from ..wall.membrane import WallConstants
 from ..wall.surface_regularisers import SurfaceConstants
-from .equilibrium import LumenConstants, PelletConstants
+from .constants import LumenConstants, PelletConstants
 
 Floats = NDArray[np.float64]
 
@@ -69,6 +69,21 @@ class Layer:
     conductivity: Floats | float = 1.0
     conductivity_around: Floats | float = 1.0
     response: Response = Response()
+
+    @cached_property
+    def leakiness(self) -> float:
+        """Largest sum of the conductances of a cell [mS/cm^2]."""
+        return float(self.conductances.sum(axis=0).max())
+
+    @cached_property
+    def best_conduction(self) -> float:
+        """Largest factor on conduction along z."""
+        return float(np.max(self.conductivity))
+
+    @cached_property
+    def force_of_cells(self) -> Floats:
+        """Force factor of every cell, (n_cells,)."""
+        return np.full(self.conductances.shape[1], 1.0) * np.ravel(self.force_factor)
 
 
 @dataclass(frozen=True)
@@ -138,15 +153,16 @@ class Model:
         constants = self.cell if self.pacemaker_cell is None else self.pacemaker_cell.constants
         return plant.gate_table(self.dt_cell, constants), plant.gate_table(0.5 * self.dt_cell, constants)
 
-    def stages(self, layer: Layer, stretch: Floats, opened: float = 0.0, ring_rate: float = 0.0) -> Floats:
+    def stages(self, layer: Layer, stretch: Floats | float, opened: float = 0.0, ring_rate: float = 0.0) -> Floats:
         """Coefficients of the explicit step of a layer, with as many stages as stability asks for, Eq. (31).
 
-        stretch: longitudinal, of the elements; a shortened wall conducts better per undeformed length, Eq. (11).
+        stretch: longitudinal, of the elements, or the smallest; a shortened wall conducts better per undeformed
+        length, Eq. (11).
         opened: largest inhibitory conductance [mS/cm^2]. ring_rate: what fluxes around the ring add [1/ms].
         """
-        rate = self.cell.kinetics_rate * float(layer.conductances.sum(axis=0).max()) / self.cell.capacitance
-        rate += opened / self.cell.capacitance
+        least = stretch if isinstance(stretch, float) else float(np.min(stretch))
+        rate = (layer.leakiness * self.cell.kinetics_rate + opened) / self.cell.capacitance
         if layer.conducts:
             decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
-            rate += decay * float(np.max(layer.conductivity)) / float(stretch.min())
+            rate += decay * layer.best_conduction / least
         return explicit_stages(stability_rate(rate, ring_rate), self.dt_cell)

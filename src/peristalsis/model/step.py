@@ -9,25 +9,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..control.pulses import add_pulses, covered, covered_around
-from ..control.reflex import observe_stretch
-from ..control.sequence import observe_activation, observe_tension, trigger_current
+from ..control.reflex import forget, observe_stretch, refractory
+from ..control.sequence import LOCAL_RULES, add_trigger_current, observe_activation, observe_tension
 from ..errors import DivergenceError
 from ..numerics.rates import rate_formula
 from ..numerics.transfer import average
-from ..pellet.contact import axial_force
-from ..pellet.friction import sliding_velocity
 from ..tissue.bidomain import EllipticError, surface_operator
 from ..tissue.cells.plant import CellConstants
 from ..tissue.sheet import advance_sheet
 from ..tissue.surface import SurfaceOperator, SurfaceSizes
 from ..tissue.surface_sheet import advance_surface_sheet
-from .equilibrium import CONVERGED, REASONS, Step, solve_equilibrium
-from .fields import axial_tension_of_elements, column, stretch_of_elements
+from .constants import packed
+from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, REASONS, solve_packed, workspace
+from .exchange import active_force, conduction_coefficient, drive_of_layer, stretch_ahead
+from .fields import axial_tension_of_elements
 from .friction import friction_ahead
 from .model import ACTIVATION_LEVEL, Layer, Model, explicit_stages
 from .state import PelletState, SheetState, State, WallState
 from .surface_fields import Stretches, surface_stretches
 from .surface_step import try_surface_wall
+from .wall_step import finish_step, prepare_step
 
 Floats = NDArray[np.float64]
 
@@ -56,9 +57,9 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
     longitudinal = _advance_layer(model, "longitudinal", state.longitudinal, stretch, stimuli.longitudinal, start)
     circular = _advance_layer(model, "circular", state.circular, stretch, stimuli.circular, start)
     pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)
-    drive = np.stack(
-        [muscle_drive(model, model.longitudinal, longitudinal), muscle_drive(model, model.circular, circular)]
-    )
+    drive = np.empty_like(state.wall.drive)
+    drive[0] = muscle_drive(model, model.longitudinal, longitudinal)
+    drive[1] = muscle_drive(model, model.circular, circular)
     solved = _solve_wall(
         model, state.wall, state.pellet, state.pressure, drive, model.dt_wall, model.max_halvings, stop
     )
@@ -77,41 +78,53 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
     """Force factor times phi+ [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
-    source = layer.force_factor * np.maximum(sheet.potential - layer.threshold, 0.0)
     if model.grid.is_surface:
+        source = layer.force_factor * np.maximum(sheet.potential - layer.threshold, 0.0)
         return model.grid.half_elements_of_cells(source)
-    target = np.empty((2 * model.grid.n_z_wall, model.grid.n_theta))
-    average(model.grid.cells_to_half_elements, source, target)
-    return target
+    out = np.empty((2 * model.grid.n_z_wall, 1))
+    weights = model.grid.cells_to_half_elements
+    drive_of_layer(*weights, sheet.potential, layer.threshold, layer.force_of_cells, out)
+    return out
 
 
-def _stretches(model: Model, position: Floats) -> Stretches:
-    """Stretches of a wall: of its edges on the whole surface, of elements and nodes on one column."""
-    if model.grid.is_surface:
-        return surface_stretches(position, model.wall)
-    return Stretches(stretch_of_elements(position, model.wall.element_size), position[:, :, 0] / model.wall.radius)
+class _Ahead(NamedTuple):
+    """Stretch extrapolated to the middle of the coming step: along z, (n_z_wall, n_theta), and its smallest value.
+
+    hoop: around the ring, on the whole surface.
+    """
+
+    axial: Floats
+    least: float
+    hoop: Floats | None = None
 
 
-def _stretches_ahead(model: Model, wall: WallState) -> Stretches:
-    """Stretches extrapolated to the middle of the coming step."""
-    now = _stretches(model, wall.position)
-    if wall.step_before == 0.0:
-        return now
-    share = 0.5 * model.dt_wall / wall.step_before
-    before = _stretches(model, wall.position_before)
-    return Stretches(*(np.maximum(new + share * (new - old), 0.5 * new) for new, old in zip(now, before, strict=True)))
+def _stretches_ahead(model: Model, wall: WallState) -> _Ahead:
+    share = 0.5 * model.dt_wall / wall.step_before if wall.step_before > 0.0 else 0.0
+    if not model.grid.is_surface:
+        stretch = np.empty_like(wall.stretch_rate)
+        least = stretch_ahead(wall.position, wall.position_before, model.wall.element_size, share, stretch)
+        return _Ahead(stretch, least)
+    now, before = (surface_stretches(places, model.wall) for places in (wall.position, wall.position_before))
+    axial, hoop = (np.maximum(new + share * (new - old), 0.5 * new) for new, old in zip(now, before, strict=True))
+    return _Ahead(axial, float(axial.min()), hoop)
 
 
-class _Stimulus(NamedTuple):
-    """Current at 0 mV [uA/cm^2], inward positive, and conductance [mS/cm^2] added to every cell over a step."""
+@dataclass
+class _Stimulus:
+    """Current at 0 mV [uA/cm^2], inward positive, and conductance [mS/cm^2] added to every cell over a step.
+
+    opened: the largest of the conductances.
+    """
 
     current: Floats
     conductance: Floats
+    opened: float = 0.0
 
     def open(self, conductance: Floats, reversal: Floats | float) -> None:
         """Add a conductance [mS/cm^2] towards a reversal potential [mV]."""
         np.add(self.conductance, conductance, out=self.conductance)
         np.add(self.current, conductance * reversal, out=self.current)
+        self.opened = float(self.conductance.max())
 
 
 class _Stimuli(NamedTuple):
@@ -134,10 +147,12 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
             add_pulses(pulses, grid.cells, grid.cell_size, start, stop, stimulus.current, layer.response.pacemaker)
     current, response = stimuli.circular.current, model.circular.response
     add_pulses(state.reflex.excitation, grid.cells, grid.cell_size, start, stop, current, response.excitation)
-    current += trigger_current(model.trigger, state.trigger, start, stop) * response.trigger
-    inhibition = np.zeros(shape)
-    add_pulses(state.reflex.inhibition, grid.cells, grid.cell_size, start, stop, inhibition, response.inhibition)
-    stimuli.circular.open(inhibition, model.cell.potassium_reversal)
+    if model.trigger.rule in LOCAL_RULES:
+        add_trigger_current(model.trigger, state.trigger, start, stop, current, response.trigger)
+    if state.reflex.inhibition:
+        inhibition = np.zeros(shape)
+        add_pulses(state.reflex.inhibition, grid.cells, grid.cell_size, start, stop, inhibition, response.inhibition)
+        stimuli.circular.open(inhibition, model.cell.potassium_reversal)
     if model.pacemaker_cell is not None:
         # Each side sees the other's potential of the step before and its own of now: stable at any coupling.
         cell = model.pacemaker_cell
@@ -154,23 +169,26 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
 
 
 def _advance_layer(
-    model: Model, name: str, sheet: SheetState, stretch: Stretches, stimulus: _Stimulus, start: float
+    model: Model, name: str, sheet: SheetState, stretch: _Ahead, stimulus: _Stimulus, start: float
 ) -> SheetState:
     grid = model.grid
     layer = model.longitudinal if name == "longitudinal" else model.circular
-    opened = float(stimulus.conductance.max())
-    if grid.is_surface:
-        operator = _surface_operator(model, layer, stretch) if layer.conducts else None
-        stages = model.stages(layer, stretch.axial, opened, 0.0 if operator is None else operator.ring_rate)
-        tissue = _Tissue(layer.conductances, operator, stages, model.tables, model.cell)
-    else:
-        coefficient = np.empty((0, 1))
+    conduction: Floats | SurfaceOperator | None
+    ring_rate = 0.0
+    if stretch.hoop is not None:
+        conduction = None
         if layer.conducts:
-            faces = np.empty((grid.n_z - 1, 1))
-            average(grid.elements_to_faces, stretch.axial, faces)
-            coefficient = (layer.diffusivity * 1e-3 / (24.0 * grid.cell_size) ** 2) / faces * layer.conductivity
-        stages = model.stages(layer, stretch.axial, opened)
-        tissue = _Tissue(layer.conductances, coefficient, stages, model.tables, model.cell)
+            conduction = _surface_operator(model, layer, Stretches(stretch.axial, stretch.hoop))
+            ring_rate = conduction.ring_rate
+    else:
+        conduction = np.empty((grid.n_z - 1 if layer.conducts else 0, 1))
+        if layer.conducts:
+            scale = layer.diffusivity * 1e-3 / (24.0 * grid.cell_size) ** 2
+            conduction_coefficient(*grid.elements_to_faces, scale, stretch.axial, conduction)
+            if not isinstance(layer.conductivity, float):
+                conduction *= layer.conductivity
+    stages = model.stages(layer, stretch.least, stimulus.opened, ring_rate)
+    tissue = _Tissue(layer.conductances, conduction, stages, model.tables, model.cell)
     return _advance_sheet(model, sheet, tissue, stimulus, start, f"{name} potential")
 
 
@@ -319,81 +337,87 @@ def _try_wall(
         counts = (found.iterations, found.assemblies, found.solves, found.krylov)
         return code, _Solved(found.wall, found.pellet, found.pressure, *counts)
     formula = rate_formula(dt, wall.step_before, model.second_order)
-    position, before = wall.position[:, 0, :], wall.position_before[:, 0, :]
-    history = np.ascontiguousarray(formula.history(position, before)[:, [0, 2]].T)
-    velocity_history = np.ascontiguousarray(
-        formula.history(wall.velocity[:, 0, :], wall.velocity_before[:, 0, :])[:, [0, 2]].T
-    )
-    stretch = stretch_of_elements(wall.position, model.wall.element_size)[:, 0]
-    stretch_before = stretch_of_elements(wall.position_before, model.wall.element_size)[:, 0]
-    stretch_history = formula.history(stretch, stretch_before)
-    hoop_history = history[0] / model.wall.radius
-    trend = 1.0 + 0.5 * dt / wall.step_before if wall.step_before > 0.0 else 1.0
-    guess = position + dt * (trend * wall.velocity[:, 0, :] - (trend - 1.0) * wall.velocity_before[:, 0, :])
-    guess[[0, -1]] = position[[0, -1]]  # the clamped ends, to the last bit
-    rho, zeta = np.ascontiguousarray(guess[:, 0]), np.ascontiguousarray(guess[:, 2])
-    density = wall.contact[:, 0].copy()
-    dry, weights = friction_ahead(model, wall, pellet)
-    weight = np.ascontiguousarray(weights[:, 0])
-    second = model.second_order and wall.step_before > 0.0
-    pellet_history = pellet.position + (0.5 * dt * pellet.velocity if second else 0.0)
-    pellet_weight = 0.5 * dt if second else dt
-    scalars = np.array([pressure, pellet.position + dt * pellet.velocity, pellet.axial_force])
-    code, iterations, assemblies = solve_equilibrium(
+    n = wall.position.shape[0]
+    rho, zeta, density, known = np.empty(n), np.empty(n), np.empty(n), np.zeros((KNOWN, n))
+    centre = pellet.position + dt * pellet.velocity
+    dry, weight = friction_ahead(model, wall, pellet)
+    constants = packed(model.wall), packed(model.pellet._replace(dry=dry)), packed(model.lumen)
+    if not prepare_step(
+        wall.position,
+        wall.position_before,
+        wall.velocity,
+        wall.velocity_before,
+        wall.contact,
+        wall.stretch_rate,
+        wall.hoop_rate,
+        wall.drive,
+        drive,
+        wall.step_before,
+        dt,
+        formula.older,
+        formula.inverse,
+        centre,
+        weight,
+        *constants[:2],
         rho,
         zeta,
         density,
-        scalars,
-        history,
-        velocity_history,
-        stretch_history,
-        hoop_history,
-        np.ascontiguousarray(drive[0, :, 0]),
-        np.ascontiguousarray(drive[1, :, 0]),
-        weight,
-        Step(formula.inverse, model.inertia, pellet_history, pellet_weight),
-        model.wall,
-        model.pellet._replace(dry=dry),
-        model.lumen,
-        model.tolerance,
-        model.gap_tolerance,
-        model.max_newton,
+        known,
+    ):
+        return OUT_OF_RANGE, None
+    second = model.second_order and wall.step_before > 0.0
+    pellet_weight = 0.5 * dt if second else dt
+    pellet_history = pellet.position + (0.5 * dt * pellet.velocity if second else 0.0)
+    scalars = np.array([pressure, centre, pellet.axial_force])
+    settings = np.array(
+        [
+            formula.inverse,
+            model.inertia,
+            pellet_history,
+            pellet_weight,
+            model.tolerance,
+            model.gap_tolerance,
+            model.max_newton,
+        ],
+        dtype=np.float64,
     )
+    code, iterations, assemblies = solve_packed(rho, zeta, density, scalars, known, *constants, settings, *workspace(n))
     if code != CONVERGED:
         return code, None
-    new = np.empty_like(wall.position)
-    new[:, 0, 0], new[:, 0, 1], new[:, 0, 2] = rho, wall.position[:, 0, 1], zeta
-    velocity = (new - formula.history(wall.position, wall.position_before)) * formula.inverse
-    velocity[:, :, 1] = 0.0
-    velocity[[0, -1]] = 0.0
-    new_stretch = stretch_of_elements(new, model.wall.element_size)[:, 0]
+    numbers = np.array([scalars[0], scalars[1], 0.0, 0.0])
+    new, velocity, contact = np.empty_like(wall.position), np.empty_like(wall.position), np.empty_like(wall.contact)
+    stretch_rate, hoop_rate = np.empty_like(wall.stretch_rate), np.empty_like(wall.hoop_rate)
+    finish_step(
+        rho,
+        zeta,
+        density,
+        known,
+        wall.position,
+        formula.inverse,
+        pellet_history,
+        pellet_weight,
+        *constants[:2],
+        numbers,
+        new,
+        velocity,
+        contact,
+        stretch_rate,
+        hoop_rate,
+    )
     after = WallState(
         position=new,
         position_before=wall.position,
         velocity=velocity,
         velocity_before=wall.velocity,
-        contact=density[:, None],
-        stretch_rate=((new_stretch - stretch_history) * formula.inverse)[:, None],
-        hoop_rate=((rho / model.wall.radius - hoop_history) * formula.inverse)[:, None],
+        contact=contact,
+        stretch_rate=stretch_rate,
+        hoop_rate=hoop_rate,
         drive=drive,
         step_before=dt,
     )
-    moved = _move_pellet(model, after, weight, dry, float(scalars[1]), pellet_history, pellet_weight)
-    return code, _Solved(after, moved, float(scalars[0]), iterations, assemblies, 1)
-
-
-def _move_pellet(
-    model: Model, wall: WallState, weight: Floats, dry: float, centre: float, history: float, step: float
-) -> PelletState:
-    """Velocity from the stored contact by the friction law, and the position that goes with it, Eqs. (13), (34)."""
-    if not model.pellet.present:
-        return PelletState(centre, 0.0, 0.0)
-    area = 2.0 * np.pi * model.wall.radius * model.wall.element_size
-    rho, zeta, contact = column(wall.position, 0, 0), column(wall.position, 0, 2), column(wall.contact, 0)
-    force = axial_force(rho, zeta, contact, centre, model.pellet.radius, area)
-    sliding, _ = sliding_velocity(force, model.pellet.viscous, dry)
-    velocity = sliding + model.pellet.frame * float(weight @ wall.velocity[:, 0, 2])
-    return PelletState(history + step * velocity, velocity, force, dry)
+    lumen_pressure, centre, speed, force = numbers.tolist()
+    moved = PelletState(centre, speed, force, dry) if model.pellet.present else PelletState(centre, 0.0, 0.0)
+    return code, _Solved(after, moved, lumen_pressure, iterations, assemblies, 1)
 
 
 def _listen(model: Model, state: State, time: float) -> State:
@@ -405,7 +429,9 @@ def _listen(model: Model, state: State, time: float) -> State:
     elif model.trigger.rule == "delay":
         trigger = observe_activation(model.trigger, trigger, state.longitudinal.last_activation * 1e-3, time)
     reflex = state.reflex
-    if model.reflex.enabled and model.pellet.present:
+    if model.reflex.enabled and model.pellet.present and refractory(model.reflex, reflex, time):
+        reflex = forget(reflex, time)
+    elif model.reflex.enabled and model.pellet.present:
         if grid.is_surface:
             girth = surface_stretches(state.wall.position, model.wall).hoop.mean(axis=1)
             girth *= model.wall.radius / model.free_radius
@@ -418,19 +444,26 @@ def _listen(model: Model, state: State, time: float) -> State:
 
 def _sensed_tension(model: Model, state: State) -> Floats:
     """Longitudinal tension that the trigger reads at the conduction cells [mN/cm], Eq. (25)."""
-    if model.trigger.rule == "total":
-        return _at_cells(model, axial_tension_of_elements(state.wall, model.wall))
-    cells = _at_cells(model, _stretches(model, state.wall.position).axial)
-    muscle = model.wall.longitudinal
-    force = np.maximum((muscle.c7 * cells + muscle.c8) * cells + muscle.c9, 0.0)
-    return np.asarray(np.maximum(state.longitudinal.potential - model.longitudinal.threshold, 0.0) * force)
-
-
-def _at_cells(model: Model, elements: Floats) -> Floats:
-    """A field of wall elements at the conduction cells."""
-    grid = model.grid
+    grid, sheet = model.grid, state.longitudinal
+    total = model.trigger.rule == "total"
     if grid.is_surface:
-        return grid.elements_at_cells(elements)
-    cells = np.empty((grid.n_z, 1))
-    average(grid.elements_to_cells, elements, cells)
+        if total:
+            return grid.elements_at_cells(axial_tension_of_elements(state.wall, model.wall))
+        cells = grid.elements_at_cells(surface_stretches(state.wall.position, model.wall).axial)
+        muscle = model.wall.longitudinal
+        force = np.maximum((muscle.c7 * cells + muscle.c8) * cells + muscle.c9, 0.0)
+        return np.asarray(np.maximum(sheet.potential - model.longitudinal.threshold, 0.0) * force)
+    cells = np.empty_like(sheet.potential)
+    if total:
+        average(grid.elements_to_cells, axial_tension_of_elements(state.wall, model.wall), cells)
+    else:
+        active_force(
+            *grid.elements_to_cells,
+            state.wall.position,
+            model.wall.element_size,
+            sheet.potential,
+            model.longitudinal.threshold,
+            np.array(model.wall.longitudinal),
+            cells,
+        )
     return cells

@@ -21,6 +21,11 @@ from .sources import PACKAGE, kernel_digest
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
+INDEX = 2**31 - 1
+"""An index `and` this is seen by the compiler not to be negative, so that it drops the check for Python's indices
+from the end, and loops over it may use vector registers. For parts of arrays, whose first index is an argument."""
+
+
 def _writable(folder: Path) -> bool:
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -44,10 +49,21 @@ CACHE_FOLDER = _cache_folder()
 
 def compiled(function: Function) -> Function:
     """Compile `function` with numba: cached on disk, double precision as written (no fast-math), one thread."""
+    return _decorate(function)
+
+
+def inlined(function: Function) -> Function:
+    """As `compiled`, and always made part of its caller: a loop around a call would not use vector registers.
+
+    For formulas without branches: choose between values that are both computed, not between statements.
+    """
+    return _decorate(function, forceinline=True)
+
+
+def _decorate(function: Function, **more: Any) -> Function:
     file = Path(function.__code__.co_filename)
     kept = CACHE_FOLDER is not None and file.is_relative_to(PACKAGE)  # a function typed in has no file to go by
     if CACHE_FOLDER is not None and kept:
         numba.config.CACHE_DIR = str(CACHE_FOLDER / kernel_digest(file))
-    decorate = numba.njit(cache=kept, fastmath=False, error_model="numpy", nogil=True)
-    result: Function = decorate(function)
+    result: Function = numba.njit(cache=kept, fastmath=False, error_model="numpy", nogil=True, **more)(function)
     return result

@@ -15,6 +15,7 @@ DAMPING = 2.0 / 13.0
 MOST_STAGES = 200
 
 
+@cache
 def stability_limit(stages: int) -> float:
     """Largest step times decay rate that a method of this many stages (2 or more) damps."""
     w0, first, second = _ends(stages)
@@ -23,10 +24,12 @@ def stability_limit(stages: int) -> float:
 
 def stages_for(product: float) -> int:
     """Least number of stages for a step times decay rate, with a tenth in hand; 0 if 200 would not do."""
-    for stages in range(2, MOST_STAGES + 1):
-        if 1.1 * product <= stability_limit(stages):
-            return stages
-    return 0
+    stages = 2
+    while not 1.1 * product <= stability_limit(stages):
+        stages += 1
+        if stages > MOST_STAGES:
+            return 0
+    return stages
 
 
 @cache

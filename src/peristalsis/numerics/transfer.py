@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -27,22 +26,17 @@ def overlap(source_edges: Floats, target_edges: Floats) -> Overlap:
     source_edges, target_edges: increasing cell edges, shapes (n_source + 1,) and (n_target + 1,); the source
     must cover the target. Each row sums to one, so constants are kept, and so is every integral over the line.
     """
-    start, indices = [0], []
-    weights: list[float] = []
-    for left, right in pairwise(target_edges):
-        first = max(int(np.searchsorted(source_edges, left, side="right")) - 1, 0)
-        row: list[float] = []
-        for k in range(first, len(source_edges) - 1):
-            if source_edges[k] >= right:
-                break
-            width = min(right, source_edges[k + 1]) - max(left, source_edges[k])
-            if width > 1e-12 * (right - left):
-                indices.append(k)
-                row.append(float(width))
-        total = sum(row)
-        weights.extend(value / total for value in row)
-        start.append(len(indices))
-    return Overlap(np.array(start, np.int64), np.array(indices, np.int64), np.array(weights, np.float64))
+    # Cutting at the edges of both grids leaves pieces that lie in one source and one target cell each.
+    inner = source_edges[(source_edges > target_edges[0]) & (source_edges < target_edges[-1])]
+    cuts = np.unique(np.concatenate([target_edges, inner]))
+    widths, middles = np.diff(cuts), 0.5 * (cuts[1:] + cuts[:-1])
+    target = np.searchsorted(target_edges, middles, side="right") - 1
+    source = np.searchsorted(source_edges, middles, side="right") - 1
+    kept = widths > 1e-12 * np.diff(target_edges)[target]
+    target, source, widths = target[kept], source[kept], widths[kept]
+    totals = np.bincount(target, widths, minlength=target_edges.size - 1)
+    start = np.concatenate([[0], np.cumsum(np.bincount(target, minlength=target_edges.size - 1))])
+    return Overlap(start.astype(np.int64), source.astype(np.int64), widths / totals[target])
 
 
 def interpolation(source: Floats, target: Floats) -> Overlap:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..numerics.compiled import compiled
+from ..numerics.compiled import INDEX, compiled
 
 Floats = NDArray[np.float64]
 
@@ -38,9 +38,24 @@ def diffuse(padded: np.ndarray, coefficient: np.ndarray, flux: np.ndarray, rate:
     (24 h)^2, size (n_z - 1)*n_theta. flux: work of size (n_z + 3)*n_theta: inner faces with two more a side.
     The ends are closed: their flux is zero, the flux beyond is mirrored odd, so the sum of `rate` vanishes.
     """
+    diffuse_rings(padded, coefficient, flux, rate, n_theta, min(0, rate.size), rate.size)
+
+
+@compiled
+def diffuse_rings(
+    padded: np.ndarray,
+    coefficient: np.ndarray,
+    flux: np.ndarray,
+    rate: np.ndarray,
+    n_theta: int,
+    low: int,
+    high: int,
+) -> None:
+    """`diffuse` at the cells low...high - 1, which are whole rings."""
+    low, high, n_theta = low & INDEX, high & INDEX, n_theta & INDEX
     inner = coefficient.size
     first = 2 * n_theta
-    for k in range(inner):
+    for k in range(max(low - first, 0) & INDEX, min(high + n_theta, inner) & INDEX):
         flux[first + k] = coefficient[k] * (
             padded[k + n_theta] - padded[k + 4 * n_theta] + 27.0 * (padded[k + 3 * n_theta] - padded[k + 2 * n_theta])
         )
@@ -50,5 +65,5 @@ def diffuse(padded: np.ndarray, coefficient: np.ndarray, flux: np.ndarray, rate:
         flux[j] = -flux[2 * n_theta + j]
         flux[end + j] = 0.0
         flux[end + n_theta + j] = -flux[end - n_theta + j]
-    for k in range(rate.size):
+    for k in range(low, high):
         rate[k] = flux[k] - flux[k + 3 * n_theta] + 27.0 * (flux[k + 2 * n_theta] - flux[k + n_theta])

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
+from ..numerics.compiled import compiled
+from ..numerics.roots import find_root
 from .cells import plant
 from .cells.plant import CellConstants
 
@@ -23,19 +24,29 @@ class RestState:
     stable: bool
 
 
-def _steady_gates(v: float, table: Floats, exact: bool, constants: CellConstants) -> tuple[Floats, Floats]:
+@compiled
+def _steady_currents(
+    v: np.ndarray,
+    table: np.ndarray,
+    exact: bool,
+    conductances: np.ndarray,
+    constants: CellConstants,
+    currents: np.ndarray,
+) -> None:
+    """Ionic current [uA/cm^2] at potentials v [mV] with every gate and calcium at its steady value."""
+    row = np.zeros(8)
+    for k in range(v.size):
+        plant.read_row(v[k], table, exact, 1.0, constants, row)
+        c = constants.calcium_influx * row[4] * (constants.calcium_entry_potential - v[k])
+        fast, slope, offset = plant.current_coefficients(row[0], row[2], row[4], c, conductances, 0, constants)
+        currents[k] = fast * row[6] * (v[k] - constants.calcium_reversal) + slope * v[k] - offset
+
+
+def _steady_gates(v: float, table: Floats, exact: bool, constants: CellConstants) -> tuple[float, float, float, float]:
     row = np.zeros(8)
     plant.read_row(v, table, exact, 1.0, constants, row)
-    x = row[4]
-    c = constants.calcium_influx * x * (constants.calcium_entry_potential - v)
-    return np.array([row[0], row[2], x, c]), row
-
-
-def _steady_current(v: float, table: Floats, exact: bool, conductances: Floats, constants: CellConstants) -> float:
-    gates, row = _steady_gates(v, table, exact, constants)
-    h, n, x, c = (float(value) for value in gates)
-    fast, slope, offset = plant.current_coefficients(h, n, x, c, conductances, 0, constants)
-    return float(fast * row[6] * (v - constants.calcium_reversal) + slope * v - offset)
+    h, _, n, _, x, _, _, _ = row.tolist()
+    return h, n, x, constants.calcium_influx * x * (constants.calcium_entry_potential - v)
 
 
 def _derivative(state: Floats, conductances: Floats, constants: CellConstants) -> Floats:
@@ -80,11 +91,13 @@ def rest_state(conductances: Floats, constants: CellConstants, table: Floats, ex
 def rest_states(conductances: Floats, constants: CellConstants, table: Floats, exact: bool = False) -> list[RestState]:
     """As `rest_state`, for many cells at once: conductances of shape (5, n)."""
     kinds = np.ascontiguousarray(conductances, dtype=np.float64)
-    units = np.array([[_steady_current(v, table, exact, unit, constants) for unit in _UNITS] for v in _SCAN])
+    # The steady current is linear in the conductances, so one scan of the gates serves every cell.
+    units = np.empty((5, _SCAN.size))
+    for unit, values in zip(np.eye(5), units, strict=True):
+        _steady_currents(_SCAN, table, exact, unit.reshape(5, 1).copy(), constants, values)
     states = []
     for k in range(kinds.shape[1]):
-        # The steady current is linear in the conductances, so one scan of the gates serves every cell.
-        values = units @ kinds[:, k]
+        values = kinds[:, k] @ units
         crossings = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
         if crossings.size == 0:
             raise ValueError("the cell has no steady state between -100 and 0 mV with these conductances")
@@ -94,17 +107,17 @@ def rest_states(conductances: Floats, constants: CellConstants, table: Floats, e
 
 
 _SCAN = np.linspace(-100.0, 0.0, 2001)
-_UNITS = tuple(np.ascontiguousarray(row.reshape(5, 1)) for row in np.eye(5))
 
 
 def _settle(low: float, high: float, column: Floats, constants: CellConstants, table: Floats, exact: bool) -> RestState:
     """The steady state between two potentials."""
 
     def current(v: float) -> float:
-        return _steady_current(v, table, exact, column, constants)
+        value = np.empty(1)
+        _steady_currents(np.array([v]), table, exact, column, constants, value)
+        return float(value[0])
 
-    v = float(brentq(current, low, high, xtol=1e-14, rtol=1e-15))
-    gates, _ = _steady_gates(v, table, exact, constants)
-    h, n, x, c = (float(value) for value in gates)
+    v = find_root(current, float(low), float(high), 1e-14)
+    h, n, x, c = _steady_gates(v, table, exact, constants)
     stable = _is_stable(np.array([v, h, n, x, c]), column, constants)
     return RestState(v, (h, n, x, c), stable)

@@ -2,6 +2,9 @@
 
 A step of length dt is G(dt/2) V(dt) G(dt/2): gates relax exactly at a held potential (Strang), the potential takes
 one stabilised explicit step of second order with held gates. Neighbouring half steps of the gates are one full step.
+
+Tissue that the wave has not reached is at rest. One step in REVIEW, the first of a call among them, looks at the rate
+of every cell; rings outside the stretch in which anything changes, with a margin, wait until the next such step.
 """
 
 from __future__ import annotations
@@ -10,10 +13,17 @@ import math
 
 import numpy as np
 
-from ..numerics.compiled import compiled
+from ..numerics.compiled import INDEX, compiled
 from .cells import plant
 from .cells.plant import CellConstants
-from .conduction import diffuse, fill_ghosts
+from .conduction import diffuse_rings, fill_ghosts
+
+QUIET_POTENTIAL, QUIET_GATE = 1e-9, 1e-11
+"""Changes in a step [mV], and of a gate in half of one, below which a cell counts as resting."""
+REVIEW = 8
+"""Steps from one that looks at every cell to the next."""
+MARGIN = 8
+"""Rings beyond the outermost that change that are advanced with them."""
 
 
 @compiled
@@ -24,21 +34,24 @@ def hold_gates(
     shunt: np.ndarray,
     dt: float,
     constants: CellConstants,
+    low: int,
+    high: int,
     held: np.ndarray,
 ) -> None:
-    """What the gates make of the currents over a step of dt [ms], into `held`, (3, n): fast, slope and offset.
+    """What the gates of the cells low...high - 1 make of the currents over a step of dt [ms], into `held`, (3, n).
 
-    With them -dt I/C = offset - slope*V - fast*m^3(V)*(V - V_Ca) [mV], stimulus and shunt included.
+    Its rows are fast, slope and offset: -dt I/C = offset - slope*V - fast*m^3(V)*(V - V_Ca) [mV], stimulus and shunt
+    included.
     """
+    low, high = low & INDEX, high & INDEX
     scale = dt * constants.kinetics_rate / constants.capacitance
     per_capacitance = dt / constants.capacitance
-    for k in range(held.shape[1]):
+    for k in range(low, high):
         f, s, o = plant.current_coefficients(
             gates[0, k], gates[1, k], gates[2, k], gates[3, k], conductances, k, constants
         )
-        opened = per_capacitance * shunt[k]
         held[0, k] = scale * f
-        held[1, k] = scale * s + opened
+        held[1, k] = scale * s + per_capacitance * shunt[k]
         held[2, k] = scale * o + per_capacitance * drive[k]
 
 
@@ -51,17 +64,21 @@ def first_stage(
     dt: float,
     calcium: float,
     weight: float,
+    low: int,
+    high: int,
     rate_0: np.ndarray,
     new: np.ndarray,
 ) -> None:
-    """Stage 1 of the step: its change dt*F(V) [mV] into `rate_0`, its potential into `new`.
+    """Stage 1 of the step: its change dt*F(V) [mV] into `rate_0`, its potential into `new`, cells low...high - 1.
 
     spread: conduction at v [mV/ms]; cubed: m^3 at v; weight: mu~ of `numerics.stabilised`.
     """
-    for k in range(v.size):
+    low, high = low & INDEX, high & INDEX
+    for k in range(low, high):
         x = v[k]
-        rate_0[k] = dt * spread[k] - held[0, k] * cubed[k] * (x - calcium) - held[1, k] * x + held[2, k]
-        new[k] = x + weight * rate_0[k]
+        rate = dt * spread[k] - held[0, k] * cubed[k] * (x - calcium) - held[1, k] * x + held[2, k]
+        rate_0[k] = rate
+        new[k] = x + weight * rate
 
 
 @compiled
@@ -75,6 +92,8 @@ def next_stage(
     dt: float,
     calcium: float,
     weights: np.ndarray,
+    low: int,
+    high: int,
     rate_0: np.ndarray,
     new: np.ndarray,
 ) -> None:
@@ -82,9 +101,10 @@ def next_stage(
 
     spread and cubed belong to `last`; weights: a row of `numerics.stabilised`.
     """
-    mu, nu, mu_rate, gamma_rate = weights
+    low, high = low & INDEX, high & INDEX
+    mu, nu, mu_rate, gamma_rate = weights[0], weights[1], weights[2], weights[3]
     start = 1.0 - mu - nu
-    for k in range(v.size):
+    for k in range(low, high):
         x = last[k]
         rate = dt * spread[k] - held[0, k] * cubed[k] * (x - calcium) - held[1, k] * x + held[2, k]
         new[k] = start * v[k] + mu * x + nu * older[k] + mu_rate * rate + gamma_rate * rate_0[k]
@@ -98,16 +118,43 @@ def note_activations(
     time: float,
     step: int,
     dt: float,
+    low: int,
+    high: int,
     first_activation: np.ndarray,
     last_activation: np.ndarray,
 ) -> None:
     """Times [ms] of rises through `level` in a step from v to new, `step` steps of dt after `time`; `v` becomes new."""
-    for k in range(v.size):
+    for k in range(low, high):
         if v[k] < level and new[k] >= level:
             last_activation[k] = time + dt * (step + (level - v[k]) / (new[k] - v[k]))
             if math.isnan(first_activation[k]):
                 first_activation[k] = last_activation[k]
         v[k] = new[k]
+
+
+@compiled
+def restless(
+    change: np.ndarray, gates: np.ndarray, gates_before: np.ndarray, with_gates: bool, n_theta: int
+) -> tuple[int, int]:
+    """First cell, and cell after the last, of the rings between the outermost that change, with a margin.
+
+    change: of the potential by the rate at the start of a step [mV]. gates_before: half a step ago.
+    """
+    size = change.size
+    low, high = size, 0
+    for k in range(size):
+        if not abs(change[k]) <= QUIET_POTENTIAL:
+            low = min(low, k)
+            high = k + 1
+    if with_gates:
+        for g in range(4):
+            for k in range(size):
+                if not abs(gates[g, k] - gates_before[g, k]) <= QUIET_GATE:
+                    low = min(low, k)
+                    high = max(high, k + 1)
+    if high == 0:
+        return 0, 0
+    return max(low // n_theta - MARGIN, 0) * n_theta, min((high - 1) // n_theta + 1 + MARGIN, size // n_theta) * n_theta
 
 
 @compiled
@@ -137,52 +184,58 @@ def advance_sheet(
     n_z*n_theta, flattened (z, theta). gates: (4, n). conductances [mS/cm^2]: (5, n). coefficient: see
     `conduction.diffuse`, in 1/ms. drive: stimulus current [uA/cm^2], inward positive, and shunt: extra
     conductance [mS/cm^2], whose current at 0 mV is part of the drive; both held over the call. stages: coefficients
-    of `numerics.stabilised`, (s, 4), enough of them for dt.
+    of `numerics.stabilised`, (s, 4), enough of them for dt. exact: no tables, and no cell waits; nor
+    does one where cells do not conduct.
     """
     size = potential.size
-    first = 2 * n_theta
-    padded = np.empty((3, size + 4 * n_theta))
-    inside = padded[:, first : first + size]
-    v = np.empty(size)
-    flux = np.zeros(size + 3 * n_theta)
-    spread = np.zeros(size)
-    rate_0 = np.empty(size)
-    cubed = np.empty(size)
-    held = np.empty((3, size))
+    ghosts = 2 * n_theta
+    padded = np.empty((3, size + 2 * ghosts))
+    inside = padded[:, ghosts : ghosts + size]
+    v = potential.copy()
+    flux, spread = np.zeros(size + 3 * n_theta), np.zeros(size)
+    rate_0, cubed, held = np.empty(size), np.empty(size), np.empty((3, size))
     conducts = coefficient.size == size - n_theta and size > n_theta
     calcium = constants.calcium_reversal
-    v[:] = potential
-    bad = plant.out_of_range(v)
+    low, high = 0, size
+    bad = plant.first_outside(v, low, high)
     if bad >= 0:
         return bad
-    plant.relax_gates(v, gates, half_table, exact, 0.5 * dt, constants, cubed)
+    gates_before = gates.copy()
+    plant.relax_cells(v, gates, half_table, exact, 0.5 * dt, constants, cubed, low, high)
     for step in range(n_steps):
-        hold_gates(gates, conductances, drive, shunt, dt, constants, held)
+        review = step % REVIEW == 0 and conducts and not exact
+        if review:
+            low, high = 0, size
+        hold_gates(gates, conductances, drive, shunt, dt, constants, low, high, held)
         inside[0] = v
         for j in range(stages.shape[0]):
-            last = inside[j % 3]
+            last, new = inside[j % 3], inside[(j + 1) % 3]
             if j > 0:
-                bad = plant.out_of_range(last)
+                bad = plant.first_outside(last, low, high)
                 if bad >= 0:
                     return bad
-                plant.activation_cubed(last, table, exact, cubed)
+                plant.activation_cubed(last, table, exact, cubed, low, high)
             if conducts:
                 fill_ghosts(padded[j % 3], n_theta)
-                diffuse(padded[j % 3], coefficient, flux, spread, n_theta)
-            new = inside[(j + 1) % 3]
+                diffuse_rings(padded[j % 3], coefficient, flux, spread, n_theta, low, high)
             if j == 0:
-                first_stage(v, spread, cubed, held, dt, calcium, stages[0, 2], rate_0, new)
+                first_stage(v, spread, cubed, held, dt, calcium, stages[0, 2], low, high, rate_0, new)
             else:
                 older = inside[(j + 2) % 3]
-                next_stage(v, last, older, spread, cubed, held, dt, calcium, stages[j], rate_0, new)
+                next_stage(v, last, older, spread, cubed, held, dt, calcium, stages[j], low, high, rate_0, new)
+            if j == 0 and review:
+                low, high = restless(rate_0, gates, gates_before, step == 0, n_theta)
+                # What waits keeps its potential in every stage.
+                for row in range(1, 3):
+                    inside[row, :low] = v[:low]
+                    inside[row, high:] = v[high:]
         new = inside[stages.shape[0] % 3]
-        bad = plant.out_of_range(new)
+        bad = plant.first_outside(new, low, high)
         if bad >= 0:
             return bad
-        note_activations(v, new, activation_level, time, step, dt, first_activation, last_activation)
-        if step < n_steps - 1:
-            plant.relax_gates(v, gates, table, exact, dt, constants, cubed)
-        else:
-            plant.relax_gates(v, gates, half_table, exact, 0.5 * dt, constants, cubed)
+        note_activations(v, new, activation_level, time, step, dt, low, high, first_activation, last_activation)
+        whole = step < n_steps - 1
+        relaxing, span = (table, dt) if whole else (half_table, 0.5 * dt)
+        plant.relax_cells(v, gates, relaxing, exact, span, constants, cubed, low, high)
     potential[:] = v
     return -1

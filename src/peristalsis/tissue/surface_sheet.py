@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from .cells import plant
 from .cells.plant import CellConstants
-from .sheet import first_stage, hold_gates, next_stage, note_activations
+from .sheet import REVIEW, first_stage, hold_gates, next_stage, note_activations, restless
 from .surface import SurfaceOperator
 
 Floats = NDArray[np.float64]
@@ -51,33 +51,43 @@ def advance_surface_sheet(
     spread, cubed, rate_0 = np.zeros(size), np.empty(size), np.empty(size)
     held = np.empty((3, size))
     calcium = constants.calcium_reversal
+    low, high = 0, size
     bad = plant.out_of_range(v)
     if bad >= 0:
         return int(bad)
+    gates_before = gates.copy()
     plant.relax_gates(v, gates, half_table, exact, 0.5 * dt, constants, cubed)
     for step in range(n_steps):
-        hold_gates(gates, conductances, drive, shunt, dt, constants, held)
+        review = step % REVIEW == 0 and operator is not None and not exact
+        if review:
+            low, high = 0, size
+        hold_gates(gates, conductances, drive, shunt, dt, constants, low, high, held)
         inside[0] = v
         for j in range(len(stages)):
             last, new = inside[j % 3], inside[(j + 1) % 3]
             if j > 0:
-                bad = plant.out_of_range(last)
+                bad = plant.first_outside(last, low, high)
                 if bad >= 0:
                     return int(bad)
-                plant.activation_cubed(last, table, exact, cubed)
+                plant.activation_cubed(last, table, exact, cubed, low, high)
             if operator is not None:
                 operator.apply(padded[j % 3], spread)
             if j == 0:
-                first_stage(v, spread, cubed, held, dt, calcium, stages[0, 2], rate_0, new)
+                first_stage(v, spread, cubed, held, dt, calcium, stages[0, 2], low, high, rate_0, new)
             else:
                 older = inside[(j + 2) % 3]
-                next_stage(v, last, older, spread, cubed, held, dt, calcium, stages[j], rate_0, new)
+                next_stage(v, last, older, spread, cubed, held, dt, calcium, stages[j], low, high, rate_0, new)
+            if j == 0 and review and operator is not None:
+                low, high = restless(rate_0, gates, gates_before, step == 0, operator.shape[1])
+                # What waits keeps its potential in every stage.
+                inside[1:, :low], inside[1:, high:] = v[:low], v[high:]
         new = inside[len(stages) % 3]
-        bad = plant.out_of_range(new)
+        bad = plant.first_outside(new, low, high)
         if bad >= 0:
             return int(bad)
-        note_activations(v, new, activation_level, time, step, dt, first_activation, last_activation)
+        note_activations(v, new, activation_level, time, step, dt, low, high, first_activation, last_activation)
         whole = step < n_steps - 1
-        plant.relax_gates(v, gates, table if whole else half_table, exact, dt if whole else 0.5 * dt, constants, cubed)
+        relaxing, span = (table, dt) if whole else (half_table, 0.5 * dt)
+        plant.relax_cells(v, gates, relaxing, exact, span, constants, cubed, low, high)
     potential[:] = v
     return -1

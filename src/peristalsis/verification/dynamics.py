@@ -6,8 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.tube import lumen_volume
-from ..numerics.banded import HALF_WIDTH
-from ..wall.membrane import WallConstants, assemble_pressure, assemble_wall
+from ..wall.assembly import (
+    FORCE_R,
+    FORCE_Z,
+    HISTORY_HOOP,
+    HISTORY_STRETCH,
+    KNOWN_ROWS,
+    VOLUME_R,
+    VOLUME_Z,
+    WALL_ROWS,
+    wall_forces,
+)
+from ..wall.membrane import WallConstants
 from .exact.cable import apply_operator
 from .exact.manufactured import ManufacturedMotion
 from .exact.runs import EXACT, march
@@ -93,17 +103,15 @@ class Conservative:
         self.wall = wall_constants(elements, 2.0, viscosity=0.0, passive=COUPLED)
         n = elements + 1
         self.mass, self.pressure = 0.05 * self.wall.element_size, pressure
-        self._residual, self._gradient = np.zeros(2 * n), np.zeros(2 * n)
-        self._band = np.zeros((2 * n, 2 * HALF_WIDTH + 1))
-        self._none = np.zeros(2 * n - 2), np.zeros((2, n)), np.ones(n - 1), np.ones(n)
+        self._known, self._work = np.zeros((KNOWN_ROWS, n)), np.zeros((WALL_ROWS, n))
+        self._known[[HISTORY_STRETCH, HISTORY_HOOP]] = 1.0
 
     def acceleration(self, rho: Floats, zeta: Floats) -> Floats:
         """Of every node, shape (2, n); zero at the ends."""
-        drive, history, along, around = self._none
-        self._residual[:] = 0.0
-        assemble_wall(rho, zeta, history, along, around, 0.0, drive, drive, self.wall, self._residual, self._band)
-        assemble_pressure(rho, zeta, self.pressure, self.wall, self._gradient, self._residual, self._band)
-        out = -self._residual.reshape(-1, 2).T / self.mass
+        work = self._work
+        if not wall_forces(rho, zeta, self._known, 0.0, self.wall, 1, rho.size - 2, work):
+            raise ValueError("a stretch left the range of the wall's law: shorten the step")
+        out = (self.pressure * work[VOLUME_R : VOLUME_Z + 1] - work[FORCE_R : FORCE_Z + 1]) / self.mass
         out[:, [0, -1]] = 0.0
         return np.asarray(out)
 

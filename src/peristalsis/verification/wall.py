@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from ..model.fields import end_reactions
 from ..model.state import WallState
-from ..numerics.banded import HALF_WIDTH
 from ..numerics.rates import rate_formula
 from ..wall.active import ActiveConstants
-from ..wall.membrane import WallConstants, assemble_pressure
+from ..wall.membrane import WallConstants
 from ..wall.passive import PassiveConstants, passive_tension
 from .exact import mooney_rivlin
 from .exact.wall import (
@@ -52,10 +51,9 @@ def laplace() -> Outcome:
                 tube = InflatedTube(10.0, wall, stretch, drive)
                 hoop = tube.hoop_stretch()
                 rho, zeta = np.full(21, wall.radius * hoop), np.linspace(0.0, 10.0 * stretch, 21)
-                residual, _ = assembled(rho, zeta, wall, drives=(np.zeros(40), np.full(40, drive)))
-                hoop_force = np.abs(residual[2:-2]).max()
-                band = np.zeros((42, 2 * HALF_WIDTH + 1))
-                assemble_pressure(rho, zeta, 10.0, wall, np.zeros(42), residual, band)
+                drives = np.zeros(40), np.full(40, drive)
+                hoop_force = np.abs(assembled(rho, zeta, wall, drives=drives)[0][2:-2]).max()
+                residual, _ = assembled(rho, zeta, wall, drives=drives, pressure=10.0)
                 worst = max(worst, float(np.abs(residual[2:-2]).max() / hoop_force))
                 if drive == 0.0:
                     tension = gradient(stretch, hoop, wall.passive)[0] * (hoop if published else 1.0)

@@ -14,12 +14,11 @@ from scipy.optimize import brentq
 from ..errors import DivergenceError
 from ..geometry.tube import lumen_volume
 from ..model.step import advance
-from ..numerics.banded import HALF_WIDTH
 from ..parameters import shipped
-from ..wall.membrane import WallConstants, assemble_pressure
+from ..wall.membrane import WallConstants
 from ..wall.passive import PassiveConstants, passive_tension
 from .exact.runs import EXACT, IDLE, March, march, moved, started
-from .exact.wall import InflatedTube, assembled, dense, relax, settle, wall_constants
+from .exact.wall import InflatedTube, assembled, relax, settle, wall_constants
 from .problem import Check, Outcome, Problem, error, judged, not_applicable, order
 
 Floats = NDArray[np.float64]
@@ -73,16 +72,21 @@ def inflated(wall: WallConstants, stretch: float, pressure: float = PRESSURE) ->
 
 
 def tangent(tube: UniformTube, elements: int, slope: float = 0.0) -> Floats:
-    """Dense tangent of wall and pressure on the straight tube per 2 pi r0, free ends, rates with this slope [1/s]."""
-    n, h = elements + 1, tube.wall.element_size
+    """Dense tangent of wall and pressure on the straight tube per 2 pi r0, rates with this slope [1/s].
+
+    Both ends are mirrors: half of the row of an infinite tube, whose next node moves as the one within does.
+    """
+    n, h = elements + 3, tube.wall.element_size
     rho = np.full(n, tube.wall.radius * tube.circumferential)
     zeta = np.asarray(np.arange(n) * h * tube.longitudinal, dtype=np.float64)
-    _, matrix = assembled(
-        rho, zeta, tube.wall, slope, (np.full(elements, tube.longitudinal), np.full(n, tube.circumferential))
-    )
-    band = np.zeros((2 * n, 2 * HALF_WIDTH + 1))
-    assemble_pressure(rho, zeta, tube.pressure, tube.wall, np.zeros(2 * n), np.zeros(2 * n), band)
-    return matrix + dense(band)
+    histories = np.full(n - 1, tube.longitudinal), np.full(n, tube.circumferential)
+    _, whole = assembled(rho, zeta, tube.wall, slope, histories, pressure=tube.pressure)
+    matrix = whole[2:-2, 2:-2].copy()
+    for beyond, within in ((0, 2), (2 * n - 2, 2 * n - 8)):
+        matrix[:, within] += whole[2:-2, beyond]
+        matrix[:, within + 1] -= whole[2:-2, beyond + 1]
+    matrix[[0, 1, -2, -1]] *= 0.5
+    return matrix
 
 
 def standing(elements: int, half_waves: int) -> Floats:
@@ -365,9 +369,8 @@ def gas() -> Outcome:
     def radial_force(change: float) -> float:
         """Force on the middle node per h and 2 pi r0 when the sealed tube breathes by `change` [cm]."""
         moved_rho = rho + change
-        residual, _ = assembled(moved_rho, zeta, wall)
         pressure = PRESSURE * (whole / lumen_volume(moved_rho, zeta)) ** 1.4
-        assemble_pressure(moved_rho, zeta, pressure, wall, np.zeros(18), residual, np.zeros((18, 2 * HALF_WIDTH + 1)))
+        residual, _ = assembled(moved_rho, zeta, wall, pressure=pressure)
         return float(residual[8] / wall.element_size)
 
     step = 1e-5

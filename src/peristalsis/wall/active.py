@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..numerics.compiled import compiled
+from ..numerics.compiled import inlined
 
 
 class ActiveConstants(NamedTuple):
@@ -15,10 +15,9 @@ class ActiveConstants(NamedTuple):
     c9: float
 
 
-@compiled
+@inlined
 def active_tension(stretch: float, c: ActiveConstants) -> tuple[float, float]:
     """Active tension per mV of depolarisation and its derivative by the stretch [mN/(cm mV)], never negative."""
     value = (c.c7 * stretch + c.c8) * stretch + c.c9
-    if value <= 0.0:
-        return 0.0, 0.0
-    return value, 2.0 * c.c7 * stretch + c.c8
+    pulls = value > 0.0
+    return (value if pulls else 0.0), (2.0 * c.c7 * stretch + c.c8 if pulls else 0.0)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
-from ..numerics.compiled import compiled
+from ..numerics.compiled import inlined
+from ..numerics.exponential import exponential
 
 LARGEST_EXPONENT = 50.0
 """Beyond this the exponential of Eq. (4) means a wall torn long ago; trial states there are refused."""
@@ -23,16 +23,16 @@ class PassiveConstants(NamedTuple):
     c10: float
 
 
-@compiled
+@inlined
 def strain_energy(longitudinal: float, circumferential: float, c: PassiveConstants) -> float:
     """Strain energy per undeformed area [mN/cm] at two stretches, Eq. (4)."""
     el = longitudinal - 1.0
     ec = circumferential - 1.0
     exponent = c.c4 * el * el + c.c5 * ec * ec + 2.0 * c.c6 * el * ec
-    return 0.5 * (c.c1 * el * el + 2.0 * c.c3 * el * ec + c.c2 * ec * ec) + c.c10 * math.exp(exponent)
+    return 0.5 * (c.c1 * el * el + 2.0 * c.c3 * el * ec + c.c2 * ec * ec) + c.c10 * exponential(exponent)
 
 
-@compiled
+@inlined
 def passive_tension(
     longitudinal: float, circumferential: float, c: PassiveConstants
 ) -> tuple[float, float, float, float, float]:
@@ -40,7 +40,7 @@ def passive_tension(
     el = longitudinal - 1.0
     ec = circumferential - 1.0
     exponent = c.c4 * el * el + c.c5 * ec * ec + 2.0 * c.c6 * el * ec
-    g = c.c10 * math.exp(min(exponent, LARGEST_EXPONENT))
+    g = c.c10 * exponential(min(exponent, LARGEST_EXPONENT))
     gl = 2.0 * (c.c4 * el + c.c6 * ec)
     gc = 2.0 * (c.c5 * ec + c.c6 * el)
     return (

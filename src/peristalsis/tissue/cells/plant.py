@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...numerics.compiled import compiled
+from ...numerics.compiled import INDEX, compiled, inlined
 
 Floats = NDArray[np.float64]
 
@@ -138,14 +138,19 @@ def read_row(v: float, table: np.ndarray, exact: bool, dt: float, constants: Cel
 @compiled
 def out_of_range(v: np.ndarray) -> int:
     """Index of the first potential outside the table (or not a number), -1 if there is none."""
-    low = math.inf
-    high = -math.inf
-    for k in range(v.size):
-        low = min(low, v[k])
-        high = max(high, v[k])
-    if low > TABLE_LOW and high < TABLE_HIGH and math.isfinite(v.sum()):
+    return first_outside(v, min(0, v.size), v.size)
+
+
+@compiled
+def first_outside(v: np.ndarray, low: int, high: int) -> int:
+    """`out_of_range` among the cells low...high - 1."""
+    low, high = low & INDEX, high & INDEX
+    inside = 0
+    for k in range(low, high):
+        inside += 1 if (v[k] > TABLE_LOW) & (v[k] < TABLE_HIGH) else 0
+    if inside >= high - low:
         return -1
-    for k in range(v.size):
+    for k in range(low, high):
         if not (v[k] > TABLE_LOW and v[k] < TABLE_HIGH):
             return k
     return -1
@@ -162,12 +167,29 @@ def relax_gates(
     cubed: np.ndarray,
 ) -> None:
     """Relax h, n, x, c over dt [ms] at held potentials (in range), and leave m^3 at these in `cubed`."""
+    relax_cells(v, gates, table, exact, dt, constants, cubed, min(0, v.size), v.size)
+
+
+@compiled
+def relax_cells(
+    v: np.ndarray,
+    gates: np.ndarray,
+    table: np.ndarray,
+    exact: bool,
+    dt: float,
+    constants: CellConstants,
+    cubed: np.ndarray,
+    low: int,
+    high: int,
+) -> None:
+    """`relax_gates` of the cells low...high - 1."""
+    low, high = low & INDEX, high & INDEX
     calcium_decay = math.exp(-dt * constants.kinetics_rate * constants.calcium_rate)
     influx = 0.5 * constants.calcium_influx
     entry = constants.calcium_entry_potential
     if exact:
         row = np.empty(8)
-        for k in range(v.size):
+        for k in range(low, high):
             fill_row(v[k], dt, constants, row)
             x = gates[2, k]
             gates[0, k] = row[0] + (gates[0, k] - row[0]) * row[1]
@@ -177,20 +199,18 @@ def relax_gates(
             gates[3, k] = inflow + (gates[3, k] - inflow) * calcium_decay
             cubed[k] = row[6]
         return
-    flat = table.ravel()
-    for k in range(v.size):
+    for k in range(low, high):
         position = (v[k] - TABLE_LOW) * PER_STEP
-        index = int(position)
-        f = position - index
+        i = int(position) & INDEX
+        f = position - i
         g = 1.0 - f
-        i = 8 * index
-        h_steady = g * flat[i] + f * flat[i + 8]
-        h_decay = g * flat[i + 1] + f * flat[i + 9]
-        n_steady = g * flat[i + 2] + f * flat[i + 10]
-        n_decay = g * flat[i + 3] + f * flat[i + 11]
-        x_steady = g * flat[i + 4] + f * flat[i + 12]
-        x_decay = g * flat[i + 5] + f * flat[i + 13]
-        cubed[k] = g * flat[i + 6] + f * flat[i + 14]
+        h_steady = g * table[i, 0] + f * table[i + 1, 0]
+        h_decay = g * table[i, 1] + f * table[i + 1, 1]
+        n_steady = g * table[i, 2] + f * table[i + 1, 2]
+        n_decay = g * table[i, 3] + f * table[i + 1, 3]
+        x_steady = g * table[i, 4] + f * table[i + 1, 4]
+        x_decay = g * table[i, 5] + f * table[i + 1, 5]
+        cubed[k] = g * table[i, 6] + f * table[i + 1, 6]
         x = gates[2, k]
         x_new = x_steady + (x - x_steady) * x_decay
         gates[0, k] = h_steady + (gates[0, k] - h_steady) * h_decay
@@ -201,22 +221,21 @@ def relax_gates(
 
 
 @compiled
-def activation_cubed(v: np.ndarray, table: np.ndarray, exact: bool, cubed: np.ndarray) -> None:
-    """m_infinity^3 at every potential (in range) into `cubed`."""
+def activation_cubed(v: np.ndarray, table: np.ndarray, exact: bool, cubed: np.ndarray, low: int, high: int) -> None:
+    """m_infinity^3 at the potentials (in range) of the cells low...high - 1 into `cubed`."""
+    low, high = low & INDEX, high & INDEX
     if exact:
-        for k in range(v.size):
+        for k in range(low, high):
             cubed[k] = fast_activation_cubed(v[k])
         return
-    flat = table.ravel()
-    for k in range(v.size):
+    for k in range(low, high):
         position = (v[k] - TABLE_LOW) * PER_STEP
-        index = int(position)
-        f = position - index
-        i = 8 * index
-        cubed[k] = (1.0 - f) * flat[i + 6] + f * flat[i + 14]
+        i = int(position) & INDEX
+        f = position - i
+        cubed[k] = (1.0 - f) * table[i, 6] + f * table[i + 1, 6]
 
 
-@compiled
+@inlined
 def current_coefficients(
     h: float, n: float, x: float, c: float, conductances: np.ndarray, node: int, constants: CellConstants
 ) -> tuple[float, float, float]:

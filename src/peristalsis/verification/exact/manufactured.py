@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from ...errors import DivergenceError
 from ...model.equilibrium import CONVERGED, REASONS, LumenConstants, PelletConstants, Step, solve_equilibrium
-from ...numerics.banded import HALF_WIDTH
 from ...numerics.rates import rate_formula
-from ...wall.membrane import WallConstants, assemble_pressure
+from ...wall.membrane import WallConstants
 from .wall import assembled, gradient
 
 Floats = NDArray[np.float64]
@@ -103,9 +102,8 @@ class ManufacturedMotion:
         along = np.hypot(dr, ds) / h
         along_rate = (dr * vr + ds * vs) / (along * h * h)
         histories = along - along_rate, (x[0] - v[0]) / self.wall.radius
-        residual, _ = assembled(x[0], x[1], self.wall, 1.0, histories, self._corner_drives())
-        band = np.zeros((2 * z.size, 2 * HALF_WIDTH + 1))
-        assemble_pressure(x[0], x[1], self.pressure, self.wall, np.zeros(2 * z.size), residual, band)
+        drives = self._corner_drives()
+        residual, _ = assembled(x[0], x[1], self.wall, 1.0, histories, drives, pressure=self.pressure)
         acceleration = np.stack(self.place(z, t, 0, 2))
         force = self.wall.surface_density * acceleration + residual.reshape(-1, 2).T / h
         return force[0], force[1]

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...numerics.banded import HALF_WIDTH
-from ...wall import membrane
-from ...wall.membrane import WallConstants, assemble_pressure
-from .wall import dense
+from ...wall import assembly, membrane
+from ...wall.membrane import WallConstants
+from .wall import assembled
 
 Floats = NDArray[np.float64]
 
@@ -44,14 +43,10 @@ def assemble(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, c1
     def law(l: float, c: float, _: object) -> tuple[float, float, float, float, float]:
         return energy_derivatives(l, c, c1, c2)
 
-    kernel = _uncompiled(
-        membrane.assemble_wall, nominal_tensions=_uncompiled(membrane.nominal_tensions, passive_tension=law)
-    )
-    n = rho.size
-    residual, band, none = np.zeros(2 * n), np.zeros((2 * n, 2 * HALF_WIDTH + 1)), np.zeros(2 * n - 2)
-    kernel(rho, zeta, np.stack([rho, zeta]), np.ones(n - 1), np.ones(n), 0.0, none, none, wall, residual, band)
-    assemble_pressure(rho, zeta, pressure, wall, np.zeros(2 * n), residual, band)
-    return residual, dense(band)
+    tensions = _uncompiled(membrane.nominal_tensions, passive_tension=law)
+    corners = _uncompiled(assembly.corner_tensions, nominal_tensions=tensions)
+    forces = _uncompiled(assembly.wall_forces, corner_tensions=corners)
+    return assembled(rho, zeta, wall, pressure=pressure, forces=forces)
 
 
 def settle(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, c1: float, c2: float) -> int:

@@ -16,17 +16,26 @@ from scipy.optimize import brentq
 
 from ...build import build
 from ...errors import DivergenceError
-from ...model.equilibrium import (
-    CONVERGED,
-    REASONS,
-    LumenConstants,
-    PelletConstants,
-    Step,
-    solve_equilibrium,
-)
-from ...numerics.banded import HALF_WIDTH
+from ...model.constants import LumenConstants, PelletConstants, Step
+from ...model.equilibrium import CONVERGED, REASONS, solve_equilibrium
+from ...numerics.block_band import PADDING, ROWS
 from ...wall.active import ActiveConstants
-from ...wall.membrane import WallConstants, assemble_wall
+from ...wall.assembly import (
+    FORCE_R,
+    FORCE_Z,
+    HISTORY_HOOP,
+    HISTORY_R,
+    HISTORY_STRETCH,
+    HISTORY_Z,
+    KNOWN_ROWS,
+    VOLUME_R,
+    VOLUME_Z,
+    WALL_ROWS,
+    set_drives,
+    wall_forces,
+    wall_tangent,
+)
+from ...wall.membrane import WallConstants
 from ...wall.passive import PassiveConstants
 from .runs import EXACT, configured
 
@@ -95,26 +104,37 @@ def assembled(
     histories: tuple[Floats, Floats] | None = None,
     drives: tuple[Floats, Floats] | None = None,
     places: Floats | None = None,
+    pressure: float = 0.0,
+    forces: Callable[..., Any] = wall_forces,
 ) -> tuple[Floats, Floats]:
-    """Residual (2n,) and dense tangent (2n, 2n) of the package's wall; without histories it is at rest where it is."""
+    """Residual (2n,) and dense tangent (2n, 2n) of the package's wall; without histories it is at rest where it is.
+
+    Zero at the end nodes, which are clamped and have no equation. forces: what to call in place of `wall_forces`.
+    """
     n = rho.size
     stretch_history, hoop_history = histories if histories is not None else (np.ones(n - 1), np.ones(n))
     active_l, active_c = drives if drives is not None else (np.zeros(2 * n - 2), np.zeros(2 * n - 2))
-    history = np.stack([rho, zeta]) if places is None else places
-    residual, band = np.zeros(2 * n), np.zeros((2 * n, 2 * HALF_WIDTH + 1))
-    known = (rho, zeta, history, stretch_history, hoop_history, slope, active_l, active_c, c)
-    if not assemble_wall(*known, residual, band):
+    known = np.zeros((KNOWN_ROWS, n))
+    known[HISTORY_R : HISTORY_Z + 1] = np.stack([rho, zeta]) if places is None else places
+    known[HISTORY_STRETCH, :-1], known[HISTORY_HOOP] = stretch_history, hoop_history
+    set_drives(active_l, active_c, known)
+    work, system = np.zeros((WALL_ROWS, n)), np.zeros((ROWS, n + PADDING))
+    if not forces(rho, zeta, known, slope, c, 1, n - 2, work):
         raise ValueError("the trial state was refused: a stretch or an exponent is out of range")
-    return residual, dense(band)
+    wall_tangent(rho, zeta, pressure, slope, c, 1, n - 2, work, system)
+    residual = work[FORCE_R : FORCE_Z + 1] - pressure * work[VOLUME_R : VOLUME_Z + 1]
+    return residual.T.ravel(), dense(system)
 
 
-def dense(band: Floats) -> Floats:
-    """The full matrix of a band stored by rows."""
-    n, half = band.shape[0], band.shape[1] // 2
-    full = np.zeros((n, n))
+def dense(system: Floats) -> Floats:
+    """The full matrix (2n, 2n) of block rows; rows of nodes that were not assembled are zero."""
+    n = system.shape[1] - PADDING
+    full = np.zeros((2 * n, 2 * n))
     for i in range(n):
-        for j in range(max(0, i - half), min(n, i + half + 1)):
-            full[i, j] = band[i, half + j - i]
+        for block in range(5):
+            j = i + block - 2
+            if 0 <= j < n:
+                full[2 * i : 2 * i + 2, 2 * j : 2 * j + 2] = system[4 * block : 4 * block + 4, i].reshape(2, 2)
     return full
 
 
