@@ -197,6 +197,12 @@ def test_a_run_stores_numbers_and_pictures(here: Path, capsys: Capture) -> None:
     assert "saved in out/baseline" in text
 
 
+def test_a_run_on_the_whole_surface_draws_its_maps(here: Path) -> None:
+    ring = ["--set", "grid.n_theta=4"]
+    assert main(["run", "baseline", *SET, *ring]) == 0
+    assert contents(here / "out/baseline") == NUMBERS | PICTURES | {f"{name}.png" for name in running.AROUND}
+
+
 def test_json_is_one_object_and_that_of_the_summary_file(here: Path, capsys: Capture) -> None:
     assert main(["run", "baseline", *SET, "--no-plots", "--json", "--out", "deep/down"]) == 0
     said = capsys.readouterr()

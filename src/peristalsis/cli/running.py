@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 PICTURES = ("overview", "track", "diameter_map", "wall_shapes")
 """Drawn after every run, where they apply; `peristalsis plot` draws all."""
 
+AROUND = ("activation_maps", "surface_maps")
+"""Drawn besides where anything may vary around the ring."""
+
 Failure = DivergenceError | InterruptedRun
 
 
@@ -144,7 +147,8 @@ class Drawing:
             with held.released():
                 apart.mkdir()
                 plots = self._result.plot
-                plots.save(apart, [name for name in PICTURES if name in plots.available()])
+                wanted = (*PICTURES, *(AROUND if self._result.configuration.grid.n_theta > 1 else ()))
+                plots.save(apart, [name for name in wanted if name in plots.available()])
                 drawn = sorted(apart.iterdir())
                 for picture in drawn:
                     picture.replace(folder / picture.name)
