@@ -13,6 +13,7 @@ from ..geometry.tube import lumen_volume
 from ..numerics.compiled import compiled
 from ..numerics.rates import rate_formula
 from ..wall.membrane import PARTS, WallConstants, corner_tension
+from .explicit_step import contact_energy, explicit_acceleration
 from .fields import column, end_reactions
 from .friction import dry_friction_now, sliding_speed
 from .model import Model
@@ -68,6 +69,7 @@ def work_of_step(model: Model, before: State, after: State) -> Work:
     if model.inertia:
         squares = [float((wall.velocity[:, 0, [0, 2]] ** 2).sum()) for wall in (old, new)]
         kinetic = _kinetic(model, squares)
+    parts[0] += contact_energy(model, new) - contact_energy(model, old)
     return Work(-parts[1], gas, parts[0], parts[2] + parts[3], _lost_pellet(model, before, after), kinetic)
 
 
@@ -121,7 +123,10 @@ def momentum_of_step(model: Model, before: State, after: State) -> Momentum:
     held = before is not after and bool((before.wall.contact > 0.0).any())
     friction = model.pellet.frame * force if held else 0.0
     inertia = 0.0
-    if model.inertia and before is not after:
+    if model.explicit is not None:
+        rate = float(explicit_acceleration(after.wall)[:, :, 2].sum())
+        inertia = 2.0 * math.pi * model.wall.radius * model.wall.element_size * model.wall.surface_density * rate
+    elif model.inertia and before is not after:
         if after.wall.step_before != model.dt_wall:
             return Momentum(math.nan, math.nan, math.nan, math.nan)
         formula = rate_formula(model.dt_wall, before.wall.step_before, model.second_order)
