@@ -140,7 +140,7 @@ def _shell(model: Model, state: State) -> Shell:
         wall.contact[:, 0].copy(),
         wall.stretch_rate[:, 0].copy(),
         wall.hoop_rate[:, 0].copy(),
-        np.ascontiguousarray(wall.drive[:, :, 0]),
+        wall.drive[:, :, 0].copy(),
         np.array([pellet.position, pellet.velocity, pellet.axial_force, dry, sliding]),
         np.array([state.pressure]),
     )
