@@ -14,6 +14,7 @@ from .fields import column, stretch_of_elements
 from .model import Layer, Model
 from .state import State
 
+
 class Limits(NamedTuple):
     """Largest stable steps [s]: of the dashpots alone, of waves alone, of wall and contact, pellet and conduction."""
 
@@ -62,9 +63,7 @@ def limits(model: Model, state: State, opened: float = 0.0) -> Limits:
         pellet = _pellet_limit(model, state, scheme.contact_stiffness)
     lag = 2.0 if scheme.predicted else 1.0
     conduction = min(conduction_limit(model, layer, state, opened) for layer in (model.longitudinal, model.circular))
-    return Limits(
-        2.0 / (lag * decay), 2.0 / math.sqrt(square), damped_limit(lag * decay, square), pellet, conduction
-    )
+    return Limits(2.0 / (lag * decay), 2.0 / math.sqrt(square), damped_limit(lag * decay, square), pellet, conduction)
 
 
 def damped_limit(decay: float, square: float) -> float:

@@ -37,9 +37,7 @@ class Stimulus(Protocol):
         """Conductance, (n_z, 1)."""
 
 
-def march_explicitly(
-    model: Model, state: State, to_longitudinal: Stimulus, to_circular: Stimulus
-) -> tuple[State, int]:
+def march_explicitly(model: Model, state: State, to_longitudinal: Stimulus, to_circular: Stimulus) -> tuple[State, int]:
     """Sheets, wall, pellet and pressure one wall step later, and the number of micro-steps.
 
     Raises DivergenceError naming field, place, time and limits when anything leaves its range.
