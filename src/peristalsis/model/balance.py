@@ -120,7 +120,9 @@ def momentum_of_step(model: Model, before: State, after: State) -> Momentum:
     """
     oral, anal, _ = end_reactions(after.wall, model.wall, after.pressure)
     force = after.pellet.axial_force if model.pellet.present else 0.0
-    held = before is not after and bool((before.wall.contact > 0.0).any())
+    # Friction holds by the contact at a step's start where the step is implicit, by that of now where it is explicit.
+    holding = before if model.explicit is None else after
+    held = before is not after and bool((holding.wall.contact > 0.0).any())
     friction = model.pellet.frame * force if held else 0.0
     inertia = 0.0
     if model.explicit is not None:

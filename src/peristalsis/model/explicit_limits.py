@@ -63,7 +63,9 @@ def limits(model: Model, state: State, opened: float = 0.0) -> Limits:
         pellet = _pellet_limit(model, state, scheme.contact_stiffness)
     lag = 2.0 if scheme.predicted else 1.0
     conduction = min(conduction_limit(model, layer, state, opened) for layer in (model.longitudinal, model.circular))
-    return Limits(2.0 / (lag * decay), 2.0 / math.sqrt(square), damped_limit(lag * decay, square), pellet, conduction)
+    dashpot = 2.0 / (lag * decay) if decay > 0.0 else math.inf
+    wave = 2.0 / math.sqrt(square) if square > 0.0 else math.inf
+    return Limits(dashpot, wave, damped_limit(lag * decay, square), pellet, conduction)
 
 
 def damped_limit(decay: float, square: float) -> float:
@@ -71,7 +73,8 @@ def damped_limit(decay: float, square: float) -> float:
 
     decay [1/s], twice that of the dashpot if it sees predicted rates; square: of the largest frequency [1/s^2].
     """
-    return 4.0 / (decay + math.sqrt(decay * decay + 4.0 * square))
+    total = decay + math.sqrt(decay * decay + 4.0 * square)
+    return 4.0 / total if total > 0.0 else math.inf
 
 
 def conduction_limit(model: Model, layer: Layer, state: State, opened: float = 0.0) -> float:
