@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,7 +14,7 @@ from .control.reflex import Reflex
 from .control.sequence import Trigger
 from .geometry.grid import Grid
 from .model.constants import LumenConstants, PelletConstants
-from .model.model import Layer, Model, PacemakerCell, Response
+from .model.model import ExplicitScheme, Layer, Model, PacemakerCell, Response
 from .pellet import sphere
 from .pellet.friction import FrictionLaw
 from .regions.sampling import factor_field
@@ -80,7 +82,7 @@ def build(configuration: Configuration, like: Model | None = None) -> Model:
             c.reflex.inhibition_conductance,
             c.reflex.inhibition_duration,
         ),
-        inertia=c.wall.inertia,
+        inertia=c.wall.inertia or c.solver.integrator == "explicit",
         second_order=c.step.scheme == "bdf2",
         dt_wall=dt_wall,
         substeps=round(c.step.wall / c.step.conduction),
@@ -96,7 +98,16 @@ def build(configuration: Configuration, like: Model | None = None) -> Model:
         ),
         sideways_friction=c.pellet.sideways_friction if c.pellet.sideways == "free" else None,
         friction=FrictionLaw(c.pellet.static_friction_factor, c.pellet.friction_coefficient),
+        explicit=_explicit(c),
     )
+
+
+def _explicit(c: Configuration) -> ExplicitScheme | None:
+    if c.solver.integrator != "explicit":
+        return None
+    micro = math.ceil(c.step.conduction / c.step.explicit * (1.0 - 1e-9)) if c.step.explicit > 0.0 else 0
+    predicted = c.solver.explicit_damping == "predicted"
+    return ExplicitScheme(micro, c.solver.explicit_safety, predicted, c.solver.contact_stiffness)
 
 
 def _grid(c: Configuration) -> Grid:

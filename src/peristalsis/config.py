@@ -261,6 +261,7 @@ class Step(Section):
     conduction: float = parameter("step.conduction", ge=1e-4, le=100)
     wall: float = parameter("step.wall", ge=1e-4, le=1000)
     scheme: Literal["bdf2", "euler"] = parameter("step.scheme")
+    explicit: float = parameter("step.explicit", ge=0, le=100)
 
 
 class Solver(Section):
@@ -271,6 +272,10 @@ class Solver(Section):
     max_newton: int = parameter("solver.max_newton", ge=1, le=1000)
     max_halvings: int = parameter("solver.max_halvings", ge=0, le=40)
     exact_kinetics: bool = parameter("solver.exact_kinetics")
+    integrator: Literal["implicit", "explicit"] = parameter("solver.integrator")
+    explicit_damping: Literal["lagged", "predicted"] = parameter("solver.explicit_damping")
+    explicit_safety: float = parameter("solver.explicit_safety", gt=0, le=1)
+    contact_stiffness: float = parameter("solver.contact_stiffness", gt=0, le=1e12)
 
 
 class Run(Section):

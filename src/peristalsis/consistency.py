@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 FEWEST_COLUMNS = 4
 LARGEST_GRID = 2_000_000  # nodes of both grids together
 MOST_STEPS = 100_000_000
+MOST_MICRO_STEPS = 100_000_000_000
 LARGEST_OUTPUT = 2_000_000_000  # bytes kept in memory and written
 LARGEST_STRETCH = 2.2  # pellet radius over tube radius; the exponential law is astronomical beyond
 
@@ -28,6 +29,8 @@ def check(config: Configuration) -> None:
     """What no field can know alone. Raises ConfigurationError naming key, value, cause and remedy."""
     _check_grid(config)
     _check_steps(config)
+    if config.solver.integrator == "explicit":
+        _check_explicit(config)
     if config.protocols:
         _check_protocols(config)
     if config.pellet.enabled:
@@ -106,6 +109,31 @@ def _check_steps(config: Configuration) -> None:
     for key, time in (("run.duration", run.duration), ("output.interval", config.output.interval)):
         if time < units.to_internal(step.wall, "ms") * (1 - 1e-9):
             _refuse(key, f"{time} s", f"it is shorter than step.wall = {step.wall} ms", "use at least one step")
+
+
+def _check_explicit(config: Configuration) -> None:
+    step = config.step
+    if config.grid.n_theta > 1:
+        _refuse(
+            "solver.integrator",
+            "explicit",
+            f"grid.n_theta = {config.grid.n_theta}, and the explicit scheme is there for the axisymmetric wall only",
+            "use solver.integrator = implicit, or grid.n_theta = 1",
+        )
+    if step.explicit > step.conduction * (1.0 + 1e-9):
+        _refuse(
+            "step.explicit",
+            f"{step.explicit} ms",
+            f"it is longer than step.conduction = {step.conduction} ms, of which it is a part",
+            "shorten it, or 0 to have it chosen",
+        )
+    if step.explicit > 0.0 and config.run.duration / units.to_internal(step.explicit, "ms") > MOST_MICRO_STEPS:
+        _refuse(
+            "step.explicit",
+            f"{step.explicit} ms",
+            f"run.duration = {config.run.duration} s takes over {MOST_MICRO_STEPS:.0e} such steps",
+            "lengthen the step (0 takes the longest that is stable) or shorten the run",
+        )
 
 
 def recording_of(config: Configuration) -> Recording:

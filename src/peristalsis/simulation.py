@@ -62,8 +62,11 @@ class Simulation:
     ) -> None:
         self.configuration = configuration
         self._begun_with = configuration
-        self.compile_seconds = warm_up(surface=configuration.grid.n_theta > 1)
+        explicit = configuration.solver.integrator == "explicit"
+        self.compile_seconds = warm_up(surface=configuration.grid.n_theta > 1, explicit=explicit)
         self.model, self.state, remarks = initial_state(build(configuration))
+        if explicit:
+            preflight.check_explicit_step(configuration, self.model, self.state)
         self.remarks = [*preflight.remarks(configuration), *remarks]
         dt = self.model.dt_wall
         every = max(1, round(configuration.output.interval / dt))

@@ -7,7 +7,7 @@ from functools import cache
 
 
 @cache
-def _compile(columns: int) -> float:
+def _compile(columns: int, integrator: str = "implicit") -> float:
     from .build import build
     from .config import Configuration
     from .model.balance import work_of_step
@@ -18,6 +18,8 @@ def _compile(columns: int) -> float:
 
     begin = time.perf_counter()
     tiny = Configuration().with_changes({"grid.n_z": 200, "grid.n_z_wall": 100, "grid.n_theta": columns})
+    if integrator == "explicit":
+        tiny = tiny.with_changes({"solver.integrator": integrator, "wall.surface_density": "26.14 g/cm^2"})
     if columns > 1:
         tiny = tiny.with_changes({"pacemaker.angular_width": "90 deg"})
     model, before, _ = initial_state(build(tiny))
@@ -29,9 +31,10 @@ def _compile(columns: int) -> float:
     return time.perf_counter() - begin
 
 
-def warm_up(surface: bool = False) -> float:
+def warm_up(surface: bool = False, explicit: bool = False) -> float:
     """Compile or load all kernels; seconds it took the first time in this process.
 
-    surface: those of the wall and the sheets on the whole surface too, which take some minutes to compile.
+    surface: those of the wall and the sheets on the whole surface too, which take some minutes to compile. explicit:
+    those of the explicit scheme too.
     """
-    return _compile(1) + (_compile(8) if surface else 0.0)
+    return _compile(1) + (_compile(8) if surface else 0.0) + (_compile(1, "explicit") if explicit else 0.0)

@@ -108,6 +108,30 @@ def test_explicit_scheme_follows_the_package_with_the_printed_mass() -> None:
     assert distance(wide_package(400, "1 ms"), Track(run.time, run.position)) > 0.05
 
 
+EXPLICIT = {"solver.integrator": "explicit", "wall.surface_density": f"{HEAVY} mg/cm^2", "grid.n_z": 1000}
+EXPLICIT |= {"step.conduction": "0.125 ms"}
+SPRING = 2e6  # mN/cm^3: the package's contact stiffness
+
+
+def explicit_pair(elements: int) -> tuple[Track, Track]:
+    """The package's explicit scheme and the reference, with the longer foot, on equal grids and steps of 0.25 ms."""
+    run = finite_differences.run(wide(surface_density=1e-5 * HEAVY), elements, 1000, SHORT, SPRING, 0.25e-3)
+    return wide_package(elements, "0.25 ms", **EXPLICIT), Track(run.time, run.position)
+
+
+def test_two_explicit_schemes_agree_on_a_coarse_wall() -> None:
+    """0.1 cm: what is left is each grid's own error, and falls with it (the slow test); a light wall is far off."""
+    ours, theirs = explicit_pair(100)
+    assert distance(ours, theirs) < 0.015
+    assert distance(wide_package(100, "1 ms"), theirs) > 0.05
+
+
+@pytest.mark.slow
+def test_two_explicit_schemes_agree_to_half_a_per_cent() -> None:
+    ours, theirs = explicit_pair(200)
+    assert distance(ours, theirs) < 0.005
+
+
 def growth(dt: float) -> float:
     """Factor by which an axial ripple of the speed of a stretched wall grows in 100 explicit steps of `dt` s."""
     c, n = load("tight", published=False), 100
@@ -157,6 +181,22 @@ def test_baseline_by_the_method_of_lines_converges() -> None:
     assert apart[0] < 0.05
     assert apart[1] < 0.01
     assert apart[0] > 2.5 * apart[1]
+
+
+@pytest.mark.slow
+def test_baseline_by_the_packages_explicit_scheme() -> None:
+    """Its error on coarse walls is that of its elements, which it shares with the implicit wall, and falls alike."""
+    heavy = {"wall.surface_density": f"{HEAVY} mg/cm^2", "step.wall": "1 ms", "step.conduction": "0.125 ms"}
+    track, _ = package({**BASELINE, **heavy, "wall.inertia": True})
+    apart = []
+    for n in (100, 200):
+        same = heavy | {"grid.n_z": 2000, "grid.n_z_wall": n}
+        ours, _ = package(same | {"solver.integrator": "explicit"})
+        implicit, _ = package(same | {"wall.inertia": True})
+        assert distance(ours, implicit) < 0.01
+        apart.append(distance(track, ours))
+    assert apart[0] < 0.18
+    assert apart[1] < 0.6 * apart[0]
 
 
 @pytest.mark.slow

@@ -25,6 +25,8 @@ EXAMPLES = {
         "peristalsis run baseline --reading stretched --out out/stretched",
         "peristalsis run baseline --set 'pellet.viscous_friction=120 mN*s/cm' --out out/thin",
         "peristalsis run baseline --set reflex.enabled=false --set 'run.duration=1 s' --out out/short",
+        "peristalsis run baseline --integrator explicit --set 'wall.surface_density=26.14 g/cm^2' "
+        "--set grid.n_z_wall=100 --out out/explicit",
         "peristalsis run --config my.toml --out out/mine --json",
         "peristalsis run --config my.toml --out out/mine --resume",
     ),
@@ -133,6 +135,15 @@ def run_(
         bool,
         typer.Option("--resume", help="Go on from what an earlier run to this folder left, if anything."),
     ] = False,
+    integrator: Annotated[
+        str | None,
+        typer.Option(
+            "--integrator",
+            metavar="implicit|explicit",
+            help="How wall and pellet are stepped; explicit is the paper's scheme, with inertia. Same as "
+            "--set solver.integrator=...",
+        ),
+    ] = None,
     as_json: Json = False,
     no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")] = False,
 ) -> Job:
@@ -144,7 +155,8 @@ def run_(
     """
     from .running import Order, run
 
-    order = Order(Input(name, reading, settings or (), config), out, overwrite, not no_plots, resume)
+    described = Input(name, reading, settings or (), config, integrator)
+    order = Order(described, out, overwrite, not no_plots, resume)
     return Job(lambda screen: run(order, screen), name)
 
 

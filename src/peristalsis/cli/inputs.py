@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from ..config import Configuration
 
 
+INTEGRATOR = "solver.integrator"
+
+
 @dataclass(frozen=True)
 class Input:
     """The options that make up a configuration."""
@@ -21,6 +24,7 @@ class Input:
     reading: str | None = None
     settings: Sequence[str] = ()
     file: str | None = None
+    integrator: str | None = None
 
     def configuration(self) -> Configuration:
         """The checked configuration; ConfigurationError otherwise."""
@@ -31,6 +35,10 @@ class Input:
         changes = read_settings(self.settings)
         if self.reading is not None and "reading" in changes:
             raise ConfigurationError(f"reading = {shown(changes['reading'])}: --reading is given as well; keep one")
+        if self.integrator is not None:
+            if INTEGRATOR in changes:
+                raise ConfigurationError(f"{INTEGRATOR} is set by --set and --integrator is given as well; keep one")
+            changes[INTEGRATOR] = self.integrator
         file = None if self.file is None else Path(self.file)
         return scenarios.configuration(self.name, reading=self.reading, changes=changes, file=file)
 

@@ -98,7 +98,7 @@ def refuse_target(target: Path, overwrite: bool) -> None:
 
 def _simulate(kept: KeptRun, screen: Screen) -> tuple[Result, Failure | None]:
     from ..consistency import recording_of
-    from ..preflight import disk_remarks
+    from ..preflight import disk_remarks, expected_effort
 
     configuration = kept.configuration
     screen.line(recording_of(configuration).words())
@@ -106,6 +106,8 @@ def _simulate(kept: KeptRun, screen: Screen) -> tuple[Result, Failure | None]:
         simulation = kept.begin(progress.see)
         for remark in (*simulation.remarks, *disk_remarks(configuration, kept.target)):
             screen.warn(remark)
+        if configuration.solver.integrator == "explicit":
+            screen.line(expected_effort(configuration, simulation.model, simulation.state).words())
         progress.start()
         result = simulation.run()
     return result, simulation.failure

@@ -11,6 +11,7 @@ from ..geometry.surface import rates_to_frames
 from ..numerics.rates import rate_formula
 from .bookkeeping import wall_work
 from .constants import packed
+from .explicit_step import contact_energy, explicit_acceleration
 from .fields import end_reactions
 from .friction import dry_friction_now, sliding_speed
 from .model import Model
@@ -61,6 +62,7 @@ def work_of_step(model: Model, before: State, after: State) -> Work:
     if model.inertia:
         squares = [float((wall.velocity[:, 0, [0, 2]] ** 2).sum()) for wall in (old, new)]
         kinetic = _kinetic(model, squares)
+    stored += contact_energy(model, new) - contact_energy(model, old)
     return Work(-active, gas, stored, viscous + floor, _lost_pellet(model, before, after), kinetic)
 
 
@@ -111,10 +113,15 @@ def momentum_of_step(model: Model, before: State, after: State) -> Momentum:
     """
     oral, anal, _ = end_reactions(after.wall, model.wall, after.pressure)
     force = after.pellet.axial_force if model.pellet.present else 0.0
-    held = before is not after and bool((before.wall.contact > 0.0).any())
+    # Friction holds by the contact at a step's start where the step is implicit, by that of now where it is explicit.
+    holding = before if model.explicit is None else after
+    held = before is not after and bool((holding.wall.contact > 0.0).any())
     friction = model.pellet.frame * force if held else 0.0
     inertia = 0.0
-    if model.inertia and before is not after:
+    if model.explicit is not None:
+        rate = float(explicit_acceleration(after.wall)[:, :, 2].sum())
+        inertia = 2.0 * math.pi * model.wall.radius * model.wall.element_size * model.wall.surface_density * rate
+    elif model.inertia and before is not after:
         if after.wall.step_before != model.dt_wall:
             return Momentum(math.nan, math.nan, math.nan, math.nan)
         formula = rate_formula(model.dt_wall, before.wall.step_before, model.second_order)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,12 +103,27 @@ class PacemakerCell:
     sector: float = RING
 
 
+class ExplicitScheme(NamedTuple):
+    """Settings of the explicit scheme, Eqs. (53)-(57).
+
+    micro: wall steps in a conduction step, 0: as many as `safety` times the stability limit asks for, anew for every
+    wall step. predicted: dashpots see rates carried on to now and not those of half a step ago. contact_stiffness:
+    k_c [mN/cm^3].
+    """
+
+    micro: int
+    safety: float
+    predicted: bool
+    contact_stiffness: float
+
+
 @dataclass(frozen=True)
 class Model:
     """Parts and settings of a run. Steps: dt_wall [s] = substeps * dt_cell [ms].
 
     start_position: pellet centre before t = 0 [cm]. free_radius: of the pellet-free tube at p0 [cm], at the nodes.
     surface, sideways_friction [mN s/cm]: of a wall on the whole surface; None keeps the pellet on the axis.
+    explicit: None for the implicit wall.
     """
 
     grid: Grid
@@ -136,6 +152,7 @@ class Model:
     surface: SurfaceConstants
     sideways_friction: float | None
     friction: FrictionLaw = CONSTANT
+    explicit: ExplicitScheme | None = None
 
     @property
     def dt_cell(self) -> float:

@@ -22,6 +22,7 @@ from ..tissue.surface_sheet import advance_surface_sheet
 from .constants import packed
 from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, REASONS, solve_packed, workspace
 from .exchange import active_force, conduction_coefficient, drive_of_layer, stretch_ahead
+from .explicit_step import march_explicitly
 from .fields import axial_tension_of_elements
 from .friction import friction_ahead
 from .model import ACTIVATION_LEVEL, Layer, Model, explicit_stages
@@ -54,6 +55,10 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
     stop = (state.step + 1) * model.dt_wall
     stretch = _stretches_ahead(model, state.wall)
     stimuli = _stimuli(model, state, start, stop)
+    if model.explicit is not None:
+        pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)
+        marched, micro_steps = march_explicitly(model, state, stimuli.longitudinal, stimuli.circular)
+        return _listen(model, replace(marched, pacemaker=pacemaker), stop), StepReport(0, micro_steps, 1)
     longitudinal = _advance_layer(model, "longitudinal", state.longitudinal, stretch, stimuli.longitudinal, start)
     circular = _advance_layer(model, "circular", state.circular, stretch, stimuli.circular, start)
     pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)

@@ -34,6 +34,7 @@ def sliding_velocity(force: float, viscous: float, dry: float) -> tuple[float, f
     return 0.0, 0.0
 
 
+@compiled
 def dry_friction(dry: float, law: FrictionLaw, pressing: float, stuck: bool) -> float:
     """Dry friction [mN] that must be overcome over a step, Eqs. (50) and (51).
 
