@@ -167,6 +167,13 @@ def chosen(count: int, only: Sequence[str]) -> list[Mutant]:
     return picked
 
 
+def spared() -> list[str]:
+    """Files with compiled kernels that are in no group."""
+    package = ROOT / "src" / "peristalsis"
+    every = (file for file in sorted(package.rglob("*.py")) if "\n@compiled" in file.read_text(encoding="utf-8"))
+    return [name for name in (file.relative_to(package).as_posix() for file in every) if name not in GROUPS]
+
+
 def key(mutant: Mutant) -> str:
     """What a kept verdict stands for: the change, the file it is made in and the tests that judge it."""
     parts = [repr(mutant).encode(), (ROOT / "src" / "peristalsis" / mutant.file).read_bytes()]
@@ -289,6 +296,7 @@ def main() -> None:
             counts.append((name, len(mine), killed, equivalent, len(mine) - killed - equivalent, share, *by_kind))
     text = "# Mutants\n\nMade by `python evidence/mutants.py`; every mutant is listed in mutants.csv.\n\n"
     text += table(("file", "mutants", "killed", "equivalent", "survived", "killed of the rest", *kinds), counts)
+    text += f"\nKernel files that no mutant was made of: {', '.join(spared()) or 'none'}.\n"
     left = [row for row in rows if row[5] == "survived"]
     if left:
         text += "\n## Survivors\n\n" + table(head[:5], [row[:5] for row in left])
