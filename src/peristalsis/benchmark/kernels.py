@@ -12,15 +12,17 @@ from numpy.typing import NDArray
 from ..build import build
 from ..config import Configuration
 from ..model.model import ACTIVATION_LEVEL, Model
-from ..numerics.banded import HALF_WIDTH, solve_banded_in_place
+from ..numerics.block_band import PADDING, RIGHT, ROWS, solve_blocks_in_place
 from ..tissue.cells import plant
 from ..tissue.sheet import advance_sheet
-from ..wall.membrane import assemble_wall
+from ..wall.assembly import KNOWN_ROWS, WALL_ROWS, set_drives, wall_forces, wall_tangent
 
 Floats = NDArray[np.float64]
 
 SUBSTEPS = 8
 """Steps that a sheet is advanced by in one call."""
+SLOPE = 500.0
+"""Slope of the rates of Eq. (32) at a step of some milliseconds [1/s]."""
 
 
 @dataclass(frozen=True)
@@ -75,46 +77,52 @@ def sheet(model: Model, cells: int, exact: bool, conducts: bool) -> Kernel:
         0.0,
         model.dt_cell,
         SUBSTEPS,
-        model.stages(layer, np.ones(1)),
+        model.stages(layer, 1.0),
         *model.tables,
         exact,
         ACTIVATION_LEVEL,
         model.cell,
     )
     name = "sheet" if conducts else "cell"
-    return Kernel(name, advance_sheet, arguments, cells * SUBSTEPS, 8.0 * (2 + 2 * 4 + 5 + 2 + conducts))
+    return Kernel(name, advance_sheet, arguments, cells * SUBSTEPS, 8.0 * (2 + 2 * 4 + 5 + 2 + int(conducts)))
 
 
 def wall(model: Model) -> tuple[Kernel, ...]:
-    """What a Newton iteration of the axisymmetric wall is made of, on a wall with a gentle wave."""
+    """What a Newton iteration of the axisymmetric wall is made of, on a wall with a gentle wave; `wall copy` is part of
+    `wall solve`, which overwrites its system."""
     n = model.grid.n_z_wall + 1
     z = np.linspace(0.0, model.grid.element_size * (n - 1), n)
     rho, zeta = model.wall.radius * (1.3 + 0.2 * np.sin(z)), 1.05 * z
-    residual, matrix = np.zeros(2 * n), np.zeros((2 * n + HALF_WIDTH, 2 * HALF_WIDTH + 1))
+    known, work = np.ones((KNOWN_ROWS, n)), np.zeros((WALL_ROWS, n))
+    known[0], known[1], known[3] = rho, zeta, rho / model.wall.radius
     drive = np.full(2 * (n - 1), 5.0)
-    assembly = (
-        rho,
-        zeta,
-        np.stack([rho, zeta]),
-        np.full(n - 1, 1.1),
-        rho / model.wall.radius,
-        500.0,
-        drive,
-        drive,
-        model.wall,
-        residual,
-        matrix,
-    )
-    band = np.zeros_like(matrix)
-    band[: 2 * n, HALF_WIDTH] = 4.0
-    band[: 2 * n, HALF_WIDTH - 2 : HALF_WIDTH] = band[: 2 * n, HALF_WIDTH + 1 : HALF_WIDTH + 3] = -1.0
-    right = np.ones((2 * n + HALF_WIDTH, 4))
-
-    def solve(system: Floats, columns: Floats) -> None:
-        # Solved in place: the next call meets factors, which are as well-conditioned.
-        solve_banded_in_place(system, columns, 3)
-
+    set_drives(drive, drive, known)
+    system = np.zeros((ROWS, n + PADDING))
+    wall_forces(rho, zeta, known, SLOPE, model.wall, 1, n - 2, work)
+    wall_tangent(rho, zeta, 10.0, SLOPE, model.wall, 1, n - 2, work, system)
+    system[RIGHT:] = 1.0
+    pristine = system.copy()
     return (
-        Kernel("wall assembly", assemble_wall, assembly, n, 8.0 * (2 + 2 + 1 + 1 + 4 + 2 + 22)),
-        Kernel("wall solve", solve, (band, right), n, 8.0 * 2 * (22 + 6)),
+        Kernel(
+            "wall forces",
+            wall_forces,
+            (rho, zeta, known, SLOPE, model.wall, 1, n - 2, work),
+            n,
+            8.0 * (2 + KNOWN_ROWS + WALL_ROWS),
+        ),
+        Kernel(
+            "wall tangent",
+            wall_tangent,
+            (rho, zeta, 10.0, SLOPE, model.wall, 1, n - 2, work, system.copy()),
+            n,
+            8.0 * (2 + WALL_ROWS + RIGHT),
+        ),
+        Kernel("wall solve", _solve, (pristine, system, n - 2), n, 8.0 * 2 * ROWS),
+        Kernel("wall copy", np.copyto, (system.copy(), pristine), n, 8.0 * 2 * ROWS),
     )
+
+
+def _solve(pristine: Floats, system: Floats, nodes: int) -> None:
+    np.copyto(system, pristine)
+    if not solve_blocks_in_place(system, 1, nodes, 3):
+        raise ArithmeticError("the tangent of the bench's wall is singular; the bench is wrong")
