@@ -1,0 +1,84 @@
+"""Runs that sections share: a stretch of a run by the clock, and the converged track that errors are measured against."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import scenarios
+from ..simulation import Simulation
+from .clock import Spent, Stopwatch
+from .parts import SOLVER, clocked
+from .section import Bench
+
+Floats = NDArray[np.float64]
+
+FINEST = {"grid.n_z": 4000, "grid.n_z_wall": 3200, "step.wall": "0.5 ms", "step.conduction": "0.0625 ms"}
+"""The converged run: all grids and steps of the baseline four times finer."""
+QUICK_FINEST = {"grid.n_z": 2000, "grid.n_z_wall": 1600, "step.wall": "1 ms", "step.conduction": "0.125 ms"}
+"""Twice finer: the finest run of docs/evidence/convergence.md."""
+SAMPLES = 501
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A stretch of a run: what the solver and the whole loop took, steps made, simulated seconds."""
+
+    solver: Spent
+    loop: Spent
+    steps: int
+    simulated: float
+
+
+def stretch(scenario: str, changes: Mapping[str, Any], duration: str) -> Stretch:
+    """Prepare a run (not measured) and advance it by a time."""
+    simulation = Simulation(scenarios.configuration(scenario, changes=changes))
+    with clocked(SOLVER) as spent, Stopwatch() as watch:
+        simulation.advance(duration)
+    return Stretch(spent["solver"], watch.spent, simulation.state.step, simulation.time)
+
+
+def finest(bench: Bench) -> dict[str, str | int]:
+    """The changes that make the converged run."""
+    return {**(FINEST if bench.full else QUICK_FINEST)}
+
+
+def tracked(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """A whole baseline: transit [s], the pellet's track [cm] at SAMPLES times [s], what the solver took [s]."""
+    simulation = Simulation(scenarios.configuration("baseline", changes=changes))
+    with clocked(SOLVER) as spent:
+        result = simulation.run()
+    transit = result.summary["transit_s"]
+    time, place = (np.asarray(result.arrays[name], dtype=float) for name in ("time_step", "pellet_position"))
+    until = float(time[-1]) if transit is None else float(transit)
+    samples = np.linspace(0.0, until, SAMPLES)
+    return {
+        "transit": transit,
+        "status": result.status,
+        "until": until,
+        "places": np.round(np.interp(samples, time, place), 9).tolist(),
+        "cpu": spent["solver"].cpu,
+        "wall": spent["solver"].wall,
+        "steps": int(time.size - 1),
+    }
+
+
+def reference(bench: Bench) -> dict[str, Any]:
+    """The converged baseline, computed once and kept."""
+    found: dict[str, Any] = bench.piece("converged track", lambda: tracked(finest(bench)))
+    return found
+
+
+def track_error(run: Mapping[str, Any], converged: Mapping[str, Any]) -> float:
+    """Root mean square over time of the difference of two tracks [cm], until the first of both is out."""
+    until = min(float(run["until"]), float(converged["until"]))
+    times = np.linspace(0.0, until, 2001)
+    tracks = [
+        np.interp(times, np.linspace(0.0, float(one["until"]), SAMPLES), np.asarray(one["places"], dtype=float))
+        for one in (run, converged)
+    ]
+    return float(np.sqrt(np.mean((tracks[0] - tracks[1]) ** 2)))
