@@ -180,7 +180,9 @@ def switch_on() -> None:
     for name in ("empty", "zeros", "empty_like", "zeros_like", "ones"):
         make = getattr(np, name)
 
-        def fresh(*words: Any, _make: Callable[..., Any] = make, _value: float = float(name == "ones"), **more: Any) -> Any:
+        def fresh(
+            *words: Any, _make: Callable[..., Any] = make, _value: float = float(name == "ones"), **more: Any
+        ) -> Any:
             made = _make(*words, **more)
             if made.dtype not in (np.dtype(float), np.dtype(object)):
                 return made
@@ -219,4 +221,3 @@ def main() -> None:
     ]
     switch_on()
     print(json.dumps({kernel.name: count(kernel) for kernel in wanted}))
-

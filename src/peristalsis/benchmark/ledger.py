@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,21 +24,31 @@ LARGEST = 64 * 2**20
 class Ledger:
     """The measurements kept in FOLDER/measurements.json; without a folder, those of this process."""
 
-    def __init__(self, folder: Path | None, anew: bool = False) -> None:
+    def __init__(self, folder: Path | None) -> None:
         self.file = None if folder is None else folder / FILE
         self.stamp = machine.stamp()
-        self.entries: dict[str, dict[str, Any]] = {} if anew or self.file is None else _read(self.file)
+        self.entries: dict[str, dict[str, Any]] = {} if self.file is None else _read(self.file)
+
+    def forget(self, effort: str, sections: Iterable[str]) -> None:
+        """Leave out what these sections measured with this effort; on disk it stays until something is kept."""
+        gone = set(sections)
+        self.entries = {
+            key: entry
+            for key, entry in self.entries.items()
+            if entry.get("section") not in gone or not key.startswith(f"{effort}: ")
+        }
 
     def find(self, effort: str, name: str) -> Any:
         """A kept measurement of this stamp, or None."""
         entry = self.entries.get(f"{effort}: {name}")
         return None if entry is None or entry.get("stamp") != self.stamp else entry["value"]
 
-    def keep(self, effort: str, name: str, value: Any) -> Any:
-        """Keep a measurement, and return it as it will be found. Raises WriteError."""
+    def keep(self, effort: str, name: str, value: Any, section: str = "") -> Any:
+        """Keep a measurement of a section, and return it as it will be found. Raises WriteError."""
         plain = json_ready(value)
         self.entries[f"{effort}: {name}"] = {
             "stamp": self.stamp,
+            "section": section,
             "measured": time.strftime("%Y-%m-%d %H:%M", time.gmtime()),
             "load": round(machine.load(), 2),
             "value": plain,

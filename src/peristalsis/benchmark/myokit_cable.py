@@ -142,7 +142,14 @@ class _Cable:
         names = dict(zip(CONDUCTANCES, (float(g) for g in self.layer.conductances[:, 0]), strict=True))
         h, n, x, c = (float(value) for value in self.rest.gates)
         filled = MODEL.format(
-            **names, **cell._asdict(), potential=float(self.rest.potential), h=h, n=n, x=x, c=c, intensity=self.intensity
+            **names,
+            **cell._asdict(),
+            potential=float(self.rest.potential),
+            h=h,
+            n=n,
+            x=x,
+            c=c,
+            intensity=self.intensity,
         )
         protocol = myokit.Protocol()
         protocol.schedule(1.0, 0.0, PULSE)

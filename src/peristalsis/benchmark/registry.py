@@ -17,7 +17,8 @@ from .section import Section
 def sections() -> Mapping[str, Section]:
     """Every section by name, in the order of the page."""
     found = [
-        importlib.import_module(f"{home.__name__}.{module.name}").SECTION for module in pkgutil.iter_modules(home.__path__)
+        importlib.import_module(f"{home.__name__}.{module.name}").SECTION
+        for module in pkgutil.iter_modules(home.__path__)
     ]
     return MappingProxyType({one.name: one for one in sorted(found, key=lambda one: (one.place, one.name))})
 

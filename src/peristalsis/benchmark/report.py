@@ -53,9 +53,7 @@ def _met(one: Figure) -> str:
 def collected(ledger: Ledger, effort: Effort, sections: Mapping[str, Section]) -> dict[str, Findings]:
     """The findings kept of this code, machine and effort, in the order of the page."""
     kept = ledger.current(effort)
-    return {
-        name: Findings.of(kept[f"{FINDINGS}{name}"]["value"]) for name in sections if f"{FINDINGS}{name}" in kept
-    }
+    return {name: Findings.of(kept[f"{FINDINGS}{name}"]["value"]) for name in sections if f"{FINDINGS}{name}" in kept}
 
 
 def pages(ledger: Ledger, effort: Effort, sections: Mapping[str, Section]) -> dict[str, str]:
@@ -169,8 +167,14 @@ def draw(plot: Plot) -> Canvas:
             colour = style.BLACK if line.marker == "*" else getattr(style, COLOURS[index % len(COLOURS)])
             size = 15 if line.marker == "*" else 5
             axes.plot(
-                line.x, line.y, line.style or "none", marker=line.marker or "none", color=colour, label=line.label,
-                markersize=size, zorder=3 if line.marker == "*" else 2,
+                line.x,
+                line.y,
+                line.style or "none",
+                marker=line.marker or "none",
+                color=colour,
+                label=line.label,
+                markersize=size,
+                zorder=3 if line.marker == "*" else 2,
             )
         axes.set_xscale("log")
         axes.set_yscale("log")

@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import scenarios
+from ..model.model import Model
+from ..model.state import State
+from ..model.step import StepReport
 from ..simulation import Simulation
 from .clock import Spent, Stopwatch
 from .parts import SOLVER, clocked
@@ -26,20 +29,39 @@ SAMPLES = 501
 
 @dataclass(frozen=True)
 class Stretch:
-    """A stretch of a run: what the solver and the whole loop took, steps made, simulated seconds."""
+    """A stretch of a run: what the solver and the whole loop took, steps, simulated seconds, iterations."""
 
     solver: Spent
     loop: Spent
     steps: int
     simulated: float
+    newton: int
+    krylov: int
+
+
+class Counter:
+    """An observer that adds up what the steps report."""
+
+    def __init__(self) -> None:
+        self.newton = self.krylov = 0
+
+    def start(self, model: Model, state: State) -> None:
+        """Nothing to begin."""
+
+    def see(self, model: Model, before: State, after: State, report: StepReport) -> None:
+        """Add a step."""
+        self.newton += report.newton_iterations
+        self.krylov += report.krylov_iterations
 
 
 def stretch(scenario: str, changes: Mapping[str, Any], duration: str) -> Stretch:
     """Prepare a run (not measured) and advance it by a time."""
-    simulation = Simulation(scenarios.configuration(scenario, changes=changes))
+    counter = Counter()
+    simulation = Simulation(scenarios.configuration(scenario, changes=changes), (counter,))
     with clocked(SOLVER) as spent, Stopwatch() as watch:
         simulation.advance(duration)
-    return Stretch(spent["solver"], watch.spent, simulation.state.step, simulation.time)
+    steps, solver = simulation.state.step, spent["solver"]
+    return Stretch(solver, watch.spent, steps, simulation.time, counter.newton, counter.krylov)
 
 
 def finest(bench: Bench) -> dict[str, str | int]:

@@ -113,6 +113,7 @@ class Bench:
 
     effort: Effort
     ledger: Ledger
+    section: str = ""
     say: Callable[[str], None] = field(default=lambda text: None)
 
     @property
@@ -130,7 +131,7 @@ class Bench:
         if found is not None:
             return found
         self.say(name)
-        return self.ledger.keep(self.effort, name, measure())
+        return self.ledger.keep(self.effort, name, measure(), self.section)
 
 
 @dataclass(frozen=True)

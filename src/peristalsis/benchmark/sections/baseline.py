@@ -67,7 +67,11 @@ def run(bench: Bench) -> Findings:
     else:
         spread = ()
     rows = (*spread, ("warm", process["wall"], process["cpu"]), ("solver alone", runs["wall"], runs["cpu"]))
-    tables.append(Table("Where a process spends its time.", ("`peristalsis run baseline --no-plots`", "wall (s)", "cpu (s)"), rows))
+    tables.append(
+        Table(
+            "Where a process spends its time.", ("`peristalsis run baseline --no-plots`", "wall (s)", "cpu (s)"), rows
+        )
+    )
     return Findings(tuple(figures), tuple(tables))
 
 

@@ -30,7 +30,16 @@ def run(bench: Bench) -> Findings:
         Figure("sheet with tables", rate["sheet"], "M node-steps/s", note="whole cell and conduction"),
         Figure("largest error of the tables", error["largest"], "mV", high=1e-4, note=f"both sheets, {duration}"),
     ]
-    order = ("gates", "gates, exact", "gates, many", "gates, many, shuffled", "cell", "cell, exact", "sheet", "sheet, exact")
+    order = (
+        "gates",
+        "gates, exact",
+        "gates, many",
+        "gates, many, shuffled",
+        "cell",
+        "cell, exact",
+        "sheet",
+        "sheet, exact",
+    )
     rows = tuple((_words(name), rates[name]["cells"], 1e9 / (1e6 * rate[name]), rate[name]) for name in order)
     tables = [
         Table(
@@ -55,7 +64,9 @@ def run(bench: Bench) -> Findings:
         figures += [
             Figure("whole sheet over Myokit's 1-D simulation", beside["ratio"], "times", note="equal cells and steps"),
             Figure("with exponentials over Myokit", beside["ratio_exact"], "times"),
-            Figure("potential less Myokit's, step to zero", beside["extrapolated"], "mV", note="one cell, extrapolated"),
+            Figure(
+                "potential less Myokit's, step to zero", beside["extrapolated"], "mV", note="one cell, extrapolated"
+            ),
         ]
         tables += [
             Table(
@@ -104,9 +115,7 @@ def _rates(repeats: int) -> dict[str, dict[str, Any]]:
 def _table_error(duration: str) -> dict[str, Any]:
     """Both runs step by step side by side: the largest difference of the potentials after any wall step."""
     configuration = scenarios.configuration("baseline", changes={"run.duration": duration})
-    pair = [
-        Simulation(configuration.with_changes({"solver.exact_kinetics": exact})) for exact in (False, True)
-    ]
+    pair = [Simulation(configuration.with_changes({"solver.exact_kinetics": exact})) for exact in (False, True)]
     step = f"{configuration.step.wall:g} ms"
     layers = ("longitudinal", "circular")
     largest, early = dict.fromkeys(layers, 0.0), dict.fromkeys(layers, 0.0)
