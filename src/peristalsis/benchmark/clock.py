@@ -1,4 +1,4 @@
-"""Times that survive a busy machine: processor time beside wall time, medians, ratios taken in turns, fitted exponents."""
+"""Times that survive a busy machine: processor time beside wall time, medians, ratios in turns, exponents."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ import numpy as np
 
 CELLS, ELEMENTS = 64, 64
 EXPONENTIAL = 31
-"""Additions and multiplications of `numerics.exponential`, which works on the bits of a number: counted as one block."""
+"""Additions and multiplications of `numerics.exponential`, which works on the bits of numbers: counted as one block."""
 
 _EMPTY = np.empty
 
@@ -191,7 +191,7 @@ def switch_on() -> None:
         setattr(np, name, fresh)
     for module in list(sys.modules.values()):
         if module.__name__.startswith("peristalsis.") and hasattr(module, "exponential"):
-            module.exponential = _exponential
+            vars(module)["exponential"] = _exponential
 
 
 def count(kernel: Any) -> dict[str, float]:

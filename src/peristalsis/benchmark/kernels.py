@@ -1,4 +1,4 @@
-"""The compiled kernels that are timed and counted by themselves, each on data of its own; their names live here alone."""
+"""The compiled kernels that are timed and counted by themselves, on data of their own; they are named here alone."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def gates(model: Model, cells: int, exact: bool, shuffled: bool = False) -> Kern
 
 
 def sheet(model: Model, cells: int, exact: bool, conducts: bool) -> Kernel:
-    """A sheet over SUBSTEPS steps with a front every 200 cells: gates, currents, potential, conduction if it conducts."""
+    """A sheet over SUBSTEPS steps, a front every 200 cells: gates, currents, potential, conduction if it conducts."""
     potential = -62.0 + 80.0 * np.maximum(np.sin(np.linspace(0.0, np.pi * cells / 100.0, cells)), 0.0)
     layer = model.longitudinal
     coefficient = np.full(cells - 1 if conducts else 0, layer.diffusivity * 1e-3 / (24.0 * model.grid.cell_size) ** 2)

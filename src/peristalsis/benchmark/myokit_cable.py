@@ -1,4 +1,4 @@
-"""The same cell and cable in Myokit, an independent simulator that compiles its models to C: cost and potentials beside.
+"""The same cell and cable in Myokit, an independent simulator that compiles its models to C: cost and potentials.
 
 Myokit is an extra (`pip install myokit`) and needs a C compiler; without one of them the comparison is left out.
 """
@@ -20,7 +20,7 @@ from ..result import wave_speed
 from ..tissue.cells.plant import CONDUCTANCES
 from ..tissue.rest import rest_state
 from ..tissue.sheet import advance_sheet
-from .clock import Stopwatch, Timing, once
+from .clock import Timing, once
 
 Floats = NDArray[np.float64]
 
@@ -43,7 +43,8 @@ i_diffusion = 0 bind diffusion_current
 i_fast = {fast_calcium!r} * gates.m^3 * gates.h * (V - {calcium_reversal!r})
 i_slow = {slow_calcium!r} * gates.x * (V - {calcium_reversal!r})
 i_potassium = {potassium!r} * gates.n^4 * (V - {potassium_reversal!r})
-i_calcium_potassium = {calcium_potassium!r} * gates.c / ({calcium_half_saturation!r} + gates.c) * (V - {potassium_reversal!r})
+bound = gates.c / ({calcium_half_saturation!r} + gates.c)
+i_calcium_potassium = {calcium_potassium!r} * bound * (V - {potassium_reversal!r})
 i_leak = {leak!r} * (V - {chloride_reversal!r})
 i_ion = i_fast + i_slow + i_potassium + i_calcium_potassium + i_leak
 dot(V) = ({intensity!r} * engine.pace - {kinetics_rate!r} * i_ion - i_diffusion) / {capacitance!r}
@@ -67,7 +68,8 @@ dot(n) = (n_steady - n) / n_time
 x_steady = 1 / (1 + exp(0.15 * (-membrane.V - 50)))
 x_time = {slow_gate_time!r} / {kinetics_rate!r}
 dot(x) = (x_steady - x) / x_time
-dot(c) = {kinetics_rate!r} * {calcium_rate!r} * ({calcium_influx!r} * x * ({calcium_entry_potential!r} - membrane.V) - c)
+c_steady = {calcium_influx!r} * x * ({calcium_entry_potential!r} - membrane.V)
+dot(c) = {kinetics_rate!r} * {calcium_rate!r} * (c_steady - c)
 """
 """Eqs. (20)-(22) and dV/dt of (11) on its own clock, in Myokit's language; numbers are filled in."""
 

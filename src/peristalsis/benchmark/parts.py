@@ -16,7 +16,7 @@ STEP = {
     "wall": ("model.step", "_solve_wall"),
     "muscle and nerves": ("model.step", "_listen"),
 }
-"""Part to (module of the package, function in it). Functions of one mapping do not call each other, or only themselves."""
+"""Part to (module of the package, function in it). Functions of a mapping call none but themselves of it."""
 
 
 @contextmanager

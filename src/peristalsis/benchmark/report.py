@@ -21,9 +21,7 @@ COLUMNS = ("section", "what", "measured", "aimed at", "met", "note")
 
 def rows(section: Section, findings: Findings) -> list[tuple[str, ...]]:
     """Lines of the first page, in the order of COLUMNS."""
-    return [
-        (section.name, one.what, _measured(one), one.aim + _unit(one), _met(one), one.note) for one in findings.figures
-    ]
+    return [(section.name, one.what, _measured(one), _aimed(one), _met(one), one.note) for one in findings.figures]
 
 
 def number(value: Any) -> str:
@@ -42,8 +40,12 @@ def _measured(one: Figure) -> str:
     return "not measured" if one.value is None else f"{number(one.value)}{_unit(one)}"
 
 
+def _aimed(one: Figure) -> str:
+    return one.aim if one.aim == "–" else f"{one.aim}{_unit(one)}"
+
+
 def _unit(one: Figure) -> str:
-    return f" {one.unit}" if one.unit and (one.aim != "–" or one.value is not None) else ""
+    return f" {one.unit}" if one.unit else ""
 
 
 def _met(one: Figure) -> str:
@@ -100,11 +102,14 @@ def _index(ledger: Ledger, effort: Effort, sections: Mapping[str, Section], foun
     missing = [name for name in sections if name not in found]
     text = [
         "# Benchmarks",
-        "What a run costs, measured by `peristalsis bench` (`make bench`); do not edit. A number of seconds belongs to the "
-        "machine below and to how busy it was; ratios, exponents and costs per node and step were taken within one run, "
+        "What a run costs, measured by `peristalsis bench` (`make bench`); do not edit. A number of seconds belongs "
+        "to the "
+        "machine below and to how busy it was; ratios, exponents and costs per node and step were taken within one "
+        "run, "
         "in turns, and carry further. *cpu* is time of the processor, *wall* time on the clock; both are medians.",
         table(("", ""), [(key, value) for key, value in about.items()]),
-        f"Effort: {effort}. Measured {when}, with {_span(loads)} processes wanting to run on {about['cores']} processors.",
+        f"Effort: {effort}. Measured {when}, with {_span(loads)} processes wanting to run on {about['cores']} "
+        "processors.",
         "## Figures",
         table(COLUMNS, lines),
         "[figures.csv](figures.csv) · [measurements.json](measurements.json): every measurement with its time and load",

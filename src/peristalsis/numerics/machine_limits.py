@@ -16,7 +16,7 @@ NOT_NEGATIVE = 2**31 - 1
 
 @compiled
 def multiply_add(x: np.ndarray, factor: float, rounds: int) -> None:
-    """2*PAIRS floating-point operations for each element of x and each round, all in registers; elements independent."""
+    """2*PAIRS floating-point operations for each element of x and each round, in registers; elements independent."""
     for _ in range(rounds):
         for k in range(x.size):
             y = x[k]

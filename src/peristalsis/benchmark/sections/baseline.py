@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import statistics
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -20,6 +22,42 @@ CENSUS = (
     "import json, peristalsis as ps; ps.run('baseline', {'run.duration': '0.1 s'});"
     "from peristalsis.benchmark.census import census; print(json.dumps(vars(census())))"
 )
+
+PHASES = """
+import json, tempfile, time
+from pathlib import Path
+found, last = [], (time.perf_counter(), time.process_time())
+begun = last[1]
+def phase(name):
+    global last
+    now = time.perf_counter(), time.process_time()
+    found.append((name, now[0] - last[0], now[1] - last[1]))
+    last = now
+from peristalsis import scenarios
+from peristalsis.runner import run
+from peristalsis.simulation import Simulation
+phase("imports for a run")
+from peristalsis.warm_up import warm_up
+warm_up()
+phase("loading kernels")
+simulation = Simulation(scenarios.configuration("baseline"))
+phase("rest, inflation, insertion")
+from peristalsis.benchmark.parts import SOLVER, clocked
+last = time.perf_counter(), time.process_time()
+with clocked(SOLVER) as spent:
+    result = simulation.run()
+phase("the loop")
+name, wall, cpu = found.pop()
+solver = spent["solver"]
+found += [("solver", solver.wall, solver.cpu), ("observers", wall - solver.wall, cpu - solver.cpu)]
+result.dataset
+phase("imports and tables of the result")
+with tempfile.TemporaryDirectory() as folder:
+    result.save(Path(folder) / "out")
+phase("writing")
+print(json.dumps([("interpreter", begun, begun), *found]))
+"""
+"""A run in a fresh process, phase by phase; the interpreter's start is known as processor time only."""
 
 
 def run(bench: Bench) -> Findings:
@@ -55,7 +93,7 @@ def run(bench: Bench) -> Findings:
             "whole process, warm, wall", process["wall"], "s", high=2.0, note=f"cpu {process['cpu']:.3g} s, no plots"
         ),
     ]
-    tables = []
+    spread: list[tuple[str, float, float]] = []
     if bench.full:
         first = bench.piece("baseline, first process", _first)
         figures += [
@@ -63,16 +101,13 @@ def run(bench: Bench) -> Findings:
             Figure("first process, cpu", first["cpu"], "s", high=30.0, note=f"{first['kernels']} kernels compiled"),
             Figure("kernels that the next process compiles", float(first["compiled_by_next"]), "", high=0.0),
         ]
-        spread = (("first, empty cache", first["wall"], first["cpu"]),)
-    else:
-        spread = ()
-    rows = (*spread, ("warm", process["wall"], process["cpu"]), ("solver alone", runs["wall"], runs["cpu"]))
-    tables.append(
-        Table(
-            "Where a process spends its time.", ("`peristalsis run baseline --no-plots`", "wall (s)", "cpu (s)"), rows
-        )
-    )
-    return Findings(tuple(figures), tuple(tables))
+        spread.append(("first process, empty cache", first["wall"], first["cpu"]))
+    phases = bench.piece("baseline, phases of a process", lambda: _phases(bench.repeats()))
+    spread.append(("warm process", process["wall"], process["cpu"]))
+    spread += [(f"of it, {name}", wall, cpu) for name, wall, cpu in phases]
+    head = ("`peristalsis run baseline --no-plots`", "wall (s)", "cpu (s)")
+    caption = "Where a process spends its time; phases are medians over processes of their own."
+    return Findings(tuple(figures), (Table(caption, head, tuple(spread)),))
 
 
 def _solver(repeats: int) -> dict[str, Any]:
@@ -92,9 +127,16 @@ def _process(repeats: int) -> dict[str, Any]:
         return plain(Timing.of([_command({}, Path(folder)).spent for _ in range(repeats)]))
 
 
-def _first() -> dict[str, Any]:
-    import json
+def _phases(repeats: int) -> list[tuple[str, float, float]]:
+    """(phase, wall, cpu) as medians over processes."""
+    runs = [json.loads(code(PHASES).output) for _ in range(repeats)]
+    return [
+        (phases[0][0], statistics.median(p[1] for p in phases), statistics.median(p[2] for p in phases))
+        for phases in zip(*runs, strict=True)
+    ]
 
+
+def _first() -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         cache = {"NUMBA_CACHE_DIR": str(Path(folder) / "cache")}
         ended = _command(cache, Path(folder))
@@ -113,7 +155,8 @@ SECTION = Section(
     name="baseline",
     title="The baseline",
     about=(
-        "The shipped baseline on shipped grids and steps, in this process (solver) and as a command that writes its result. The error is that of the "
+        "The shipped baseline on shipped grids and steps, in this process (solver) and as a command that writes its "
+        "result. The error is that of the "
         "same run: transit and track against a run on grids and steps four times finer (twice with `--quick`)."
     ),
     run=run,

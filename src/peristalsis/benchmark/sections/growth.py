@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -44,19 +45,19 @@ def run(bench: Bench) -> Findings:
     full = bench.full
     series = {
         "cells along": [
-            (n, bench.piece(f"growth, {n} cells along", lambda n=n: _along(n, bench.repeats(3, 5))))
+            (n, bench.piece(f"growth, {n} cells along", partial(_along, n, bench.repeats(3, 5))))
             for n in (ALONG if full else ALONG_QUICK)
         ],
         "columns around": [
-            (n, bench.piece(f"growth, {n} columns", lambda n=n: _around(n, bench.repeats(3, 5))))
+            (n, bench.piece(f"growth, {n} columns", partial(_around, n, bench.repeats(3, 5))))
             for n in (AROUND if full else AROUND_QUICK)
         ],
         "simulated time": [
-            (n, bench.piece(f"growth, {n} s", lambda n=n: _time(n, bench.repeats(1, 3))))
+            (n, bench.piece(f"growth, {n} s", partial(_time, n, bench.repeats(1, 3))))
             for n in (TIMES if full else TIMES_QUICK)
         ],
         "runs in a batch": [
-            (n, bench.piece(f"growth, {n} runs", lambda n=n: _batch(n, bench.repeats(3, 5))))
+            (n, bench.piece(f"growth, {n} runs", partial(_batch, n, bench.repeats(3, 5))))
             for n in (COUNTS if full else COUNTS_QUICK)
         ],
     }
@@ -136,8 +137,10 @@ SECTION = Section(
     name="growth",
     title="Growth of the cost",
     about=(
-        "Processor time of the solver (of a whole batch, for the number of runs) against size. Exponents p of cost = a sizeᵖ by least squares "
-        "of the logarithms, with the 95 % interval. Steps are the shipped ones at every size, so the sheet's explicit step takes more stages on finer grids."
+        "Processor time of the solver (of a whole batch, for the number of runs) against size. Exponents p of cost = "
+        "a sizeᵖ by least squares "
+        "of the logarithms, with the 95 % interval. Steps are the shipped ones at every size, so the sheet's explicit "
+        "step takes more stages on finer grids."
     ),
     run=run,
     place=40,

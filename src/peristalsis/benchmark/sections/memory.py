@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from ..process import code
 from ..section import Bench, Figure, Findings, Section, Table
 
@@ -25,9 +27,7 @@ CASES = {
 
 def run(bench: Bench) -> Findings:
     """One process a case."""
-    peak = {
-        name: bench.piece(f"memory, {name}", lambda text=text: code(text).peak_bytes) for name, text in CASES.items()
-    }
+    peak = {name: bench.piece(f"memory, {name}", partial(_peak, text)) for name, text in CASES.items()}
     floor = peak["package and kernels, no run"]
     figures = tuple(
         Figure(f"{name}, most resident", peak[name] / 1e6, "MB")
@@ -38,10 +38,17 @@ def run(bench: Bench) -> Findings:
     return Findings(figures, (Table(caption, ("process", "MB", "beyond package and kernels (MB)"), rows),))
 
 
+def _peak(text: str) -> int:
+    return code(text).peak_bytes
+
+
 SECTION = Section(
     name="memory",
     title="Memory",
-    about="The largest resident memory of a process, as the system counts it. Outputs that a run records are part of it; they grow with time and fields.",
+    about=(
+        "The largest resident memory of a process, as the system counts it. Outputs that a run records are part of it; "
+        "they grow with time and fields."
+    ),
     run=run,
     place=80,
 )

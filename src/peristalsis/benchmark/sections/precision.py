@@ -100,8 +100,10 @@ SECTION = Section(
     name="precision",
     title="Work and precision",
     about=(
-        "Root mean square over time of the distance between the pellet's track and that of a converged run, against the solver's processor "
-        "time. Each curve changes one choice and keeps the others as shipped, so it levels off where the others' errors begin; "
+        "Root mean square over time of the distance between the pellet's track and that of a converged run, against "
+        "the solver's processor "
+        "time. Each curve changes one choice and keeps the others as shipped, so it levels off where the others' "
+        "errors begin; "
         "*everything* refines all four together."
     ),
     run=run,

@@ -90,11 +90,15 @@ def run(bench: Bench) -> Findings:
     )
     table = Table("Kernels, for each cell and step, or wall node and call.", head, tuple(rows))
     notes = (
-        "Flops, reads and writes are counted by running the kernels' own Python source on numbers and arrays that count "
-        "(`benchmark/counting.py`). *Bytes read and written* count every access, most of which meet registers or the first cache; *bytes of its arrays* are what "
-        "each call must touch at least once, compared with the triad in cache, since a run's arrays stay there. Kernels are compiled without "
+        "Flops, reads and writes are counted by running the kernels' own Python source on numbers and arrays that "
+        "count "
+        "(`benchmark/counting.py`). *Bytes read and written* count every access, most of which meet registers or the "
+        "first cache; *bytes of its arrays* are what "
+        "each call must touch at least once, compared with the triad in cache, since a run's arrays stay there. "
+        "Kernels are compiled without "
         "contraction of multiplications and additions, so is the loop that gives the limit.",
-        "A sum over both corners, a table's row and the solve's recurrence cannot run at the rate of independent operations: the "
+        "A sum over both corners, a table's row and the solve's recurrence cannot run at the rate of independent "
+        "operations: the "
         "limit that is nearest is named, and the fraction is of that one.",
     )
     return Findings(figures, (machine, table), notes)
@@ -107,14 +111,14 @@ def _measured(repeats: int, full: bool) -> dict[str, Any]:
     v, out = np.linspace(-65.0, 30.0, CELLS), np.empty(CELLS)
     calls: dict[str, Any] = {
         "peak": lambda: limits.multiply_add(x, 0.5, ROUNDS),
-        "cache": lambda: limits.triad(*small, 0.5),
+        "cache": lambda: limits.triad(small[0], small[1], small[2], 0.5),
         "link": lambda: limits.chain(0.3, 0.5, LENGTH),
         "division": lambda: limits.division_chain(1.3, LENGTH),
         "tables": lambda: limits.table_reads(v, model.tables[0], TABLE_LOW, PER_STEP, out),
     }
     if full:
         large = [np.ones(IN_MEMORY) for _ in range(3)]
-        calls["memory"] = lambda: limits.triad(*large, 0.5)
+        calls["memory"] = lambda: limits.triad(large[0], large[1], large[2], 0.5)
     parts = [
         kernels.gates(model, CELLS, exact=False),
         kernels.sheet(model, CELLS, exact=False, conducts=False),
@@ -142,7 +146,10 @@ def _measured(repeats: int, full: bool) -> dict[str, Any]:
 SECTION = Section(
     name="roofline",
     title="Kernels and the limits of the processor",
-    about="Counted work of the hot kernels over what this processor can do at most, both measured in one run, in turns, on one thread.",
+    about=(
+        "Counted work of the hot kernels over what this processor can do at most, both measured in one run, in turns, "
+        "on one thread."
+    ),
     run=run,
     place=60,
 )

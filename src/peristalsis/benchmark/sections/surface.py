@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from ... import scenarios
@@ -25,7 +26,7 @@ def run(bench: Bench) -> Findings:
     box = 60.0 if bench.full else 4.0
     figures, rows = [], []
     for name, (scenario, changes) in CASES.items():
-        found = bench.piece(f"surface, {name}", lambda s=scenario, c=changes: _boxed(s, c, box))
+        found = bench.piece(f"surface, {name}", partial(_boxed, scenario, changes, box))
         per = {part: cpu / found["simulated"] for part, cpu in found["parts"].items()}
         total = found["cpu"] / found["simulated"]
         figures.append(
@@ -88,7 +89,10 @@ def _boxed(scenario: str, changes: Mapping[str, Any], box: float) -> dict[str, A
 SECTION = Section(
     name="surface",
     title="The whole surface",
-    about="Stretches of runs on the whole surface from their start, as long as a box of processor time allows: conduction, wall, what the nerves see, and the rest.",
+    about=(
+        "Stretches of runs on the whole surface from their start, as long as a box of processor time allows: "
+        "conduction, wall, what the nerves see, and the rest."
+    ),
     run=run,
     place=70,
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,7 @@ def run(bench: Bench) -> Findings:
     counts = (8, 32) if bench.full else (8,)
     figures, rows = [], []
     for count in counts:
-        found = bench.piece(f"workers, {count} runs", lambda count=count: _turns(count, bench.repeats(2, 5)))
+        found = bench.piece(f"workers, {count} runs", partial(_turns, count, bench.repeats(2, 5)))
         one, two = min(found["one"]), min(found["two"])
         busy = found["cpu_one"] / one
         figures.append(
@@ -96,7 +97,10 @@ def _batch(count: int, workers: int) -> tuple[float, float, float]:
 SECTION = Section(
     name="workers",
     title="Two processes",
-    about="`peristalsis batch` with one worker and with two, in turns. Two processes are started for every batch and load the kernels that one had compiled, which is part of the time.",
+    about=(
+        "`peristalsis batch` with one worker and with two, in turns. Two processes are started for every batch and "
+        "load the kernels that one had compiled, which is part of the time."
+    ),
     run=run,
     place=45,
 )
