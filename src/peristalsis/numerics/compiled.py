@@ -76,4 +76,22 @@ def inlined(function: Function) -> Function:
 def _decorate(function: Function, **more: Any) -> Function:
     cache = CACHE_FOLDER is not None
     result: Function = numba.njit(cache=cache, fastmath=False, error_model="numpy", nogil=True, **more)(function)
+    _mend(result)
     return result
+
+
+def _mend(kernel: object) -> None:
+    """Let a kernel whose file in the cache is not whole be compiled again: a power failure can cut files short."""
+    kept = getattr(kernel, "_cache", None)
+    load, forget = getattr(kept, "load_overload", None), getattr(kept, "flush", None)
+    if load is None or forget is None:
+        return
+
+    def load_or_compile(*words: Any) -> Any:
+        try:
+            return load(*words)
+        except Exception:  # whatever pickle makes of half a file
+            forget()
+            return None
+
+    vars(kept)["load_overload"] = load_or_compile
