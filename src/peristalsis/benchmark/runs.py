@@ -20,14 +20,22 @@ from .section import Bench
 
 Floats = NDArray[np.float64]
 
+FINE = {"solver.residual_tolerance": 1e-7}
+"""Beyond some 3000 wall elements rounding of the bending force alone exceeds the shipped tolerance of 1e-8."""
+
 FINEST: Mapping[str, Any] = {
+    **FINE,
     "grid.n_z": 4000,
     "grid.n_z_wall": 3200,
     "step.wall": "0.5 ms",
     "step.conduction": "0.0625 ms",
 }
-"""The converged run: all grids and steps of the baseline four times finer."""
-QUICK_FINEST: Mapping[str, Any] = {
+"""The converged run: all grids of the baseline, and both steps, four times finer."""
+QUICK_FINE = {"solver.residual_tolerance": 1e-7}
+"""Beyond some 3000 wall elements rounding of the bending force alone exceeds the shipped tolerance of 1e-8."""
+
+FINEST: Mapping[str, Any] = {
+    **FINE,
     "grid.n_z": 2000,
     "grid.n_z_wall": 1600,
     "step.wall": "1 ms",

@@ -48,6 +48,14 @@ def division_chain(x: float, length: int) -> float:
 
 
 @compiled
+def divisions(x: np.ndarray, rounds: int) -> None:
+    """A division and an addition for each element of x and each round; elements independent."""
+    for _ in range(rounds):
+        for k in range(x.size):
+            x[k] = 1.0 + 1.0 / x[k]
+
+
+@compiled
 def triad(a: np.ndarray, b: np.ndarray, c: np.ndarray, factor: float) -> None:
     """a = b + factor*c: two loads and a store of 8 bytes an element, as in the STREAM benchmark."""
     for k in range(a.size):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from ..process import code
+from ..runs import FINE
 from ..section import Bench, Figure, Findings, Section, Table
 
 RUN = "import peristalsis as ps; ps.run('baseline', {changes!r})"
@@ -12,7 +13,9 @@ CASES = {
     "interpreter with numpy": "import numpy",
     "package and kernels, no run": "from peristalsis.warm_up import warm_up; warm_up()",
     "baseline": RUN.format(changes={}),
-    "6400 cells, 5120 elements": RUN.format(changes={"grid.n_z": 6400, "grid.n_z_wall": 5120, "run.duration": "0.2 s"}),
+    "6400 cells, 5120 elements": RUN.format(
+        changes={**FINE, "grid.n_z": 6400, "grid.n_z_wall": 5120, "run.duration": "0.2 s"}
+    ),
     "surface, 200 x 64": RUN.format(
         changes={
             "grid.n_z": 200,

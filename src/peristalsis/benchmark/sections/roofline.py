@@ -31,9 +31,11 @@ def run(bench: Bench) -> Findings:
     for name in ("gates", "cell", "sheet", "wall forces", "wall tangent", "wall solve"):
         n, seconds = counts[name], measured[name]
         flops = sum(n.get(kind, 0.0) for kind in FLOPS)
+        divides = n.get("divide", 0.0) + n.get("root", 0.0)
         reads = 8.0 * (n.get("load", 0.0) + n.get("store", 0.0))
         floors = {
             "arithmetic": flops / peak,
+            "divisions and roots": divides * measured["divide"],
             "traffic of its arrays": measured[f"{name}, bytes"] / cached,
         }
         if name in ("gates", "cell", "sheet"):
@@ -47,7 +49,7 @@ def run(bench: Bench) -> Findings:
             (
                 name,
                 flops,
-                n.get("divide", 0.0) + n.get("root", 0.0),
+                divides,
                 reads,
                 measured[f"{name}, bytes"],
                 1e9 * seconds,
@@ -71,6 +73,7 @@ def run(bench: Bench) -> Findings:
                 f"triad, {24 * IN_MEMORY / 1e6:.0f} MB (in memory)",
                 f"{1e-9 * memory:.3g} GB/s" if memory else "with --full",
             ),
+            ("a division among independent ones", f"{1e9 * measured['divide']:.3g} ns"),
             ("an operation that waits for the one before", f"{1e9 * measured['link']:.3g} ns"),
             ("a division that waits for the one before", f"{1e9 * measured['division']:.3g} ns"),
             ("reading and adding two rows of the table", f"{1e9 * measured['tables']:.3g} ns"),
@@ -113,6 +116,7 @@ def _measured(repeats: int, full: bool) -> dict[str, Any]:
         "peak": lambda: limits.multiply_add(x, 0.5, ROUNDS),
         "cache": lambda: limits.triad(small[0], small[1], small[2], 0.5),
         "link": lambda: limits.chain(0.3, 0.5, LENGTH),
+        "divide": lambda: limits.divisions(x, ROUNDS),
         "division": lambda: limits.division_chain(1.3, LENGTH),
         "tables": lambda: limits.table_reads(v, model.tables[0], TABLE_LOW, PER_STEP, out),
     }
@@ -133,6 +137,7 @@ def _measured(repeats: int, full: bool) -> dict[str, Any]:
         "cache": 24 * IN_CACHE / cpu["cache"],
         "memory": 24 * IN_MEMORY / cpu["memory"] if full else 0.0,
         "link": link,
+        "divide": cpu["divide"] / (x.size * ROUNDS),
         "division": max(cpu["division"] / LENGTH - link, link),
         "tables": cpu["tables"] / CELLS,
     }
