@@ -18,6 +18,7 @@ from peristalsis.benchmark.parts import SOLVER, STEP, clocked
 from peristalsis.benchmark.registry import chosen, sections
 from peristalsis.benchmark.runs import track_error
 from peristalsis.benchmark.section import Bench, Figure, Findings, Line, Plot, Section, Table
+from peristalsis.benchmark.sections.explicit import quoted
 from peristalsis.cli import main
 from peristalsis.errors import ConfigurationError, PeristalsisError, WriteError
 
@@ -254,6 +255,36 @@ def test_myokit_computes_the_same_cell() -> None:
     coarse, fine = _difference(0.02), _difference(0.01)
     assert coarse[0] / fine[0] == pytest.approx(2.0, abs=0.05)
     assert np.abs(2.0 * fine[1] - coarse[1]).max() < 5e-3
+
+
+# --- the explicit scheme ------------------------------------------------------------------------------
+
+EXPLICIT = """# A page
+
+## On equal grids
+
+| a | b |
+| --- | --- |
+| 1 | 2 |
+
+## At the error of the default
+
+The default is off by so much.
+
+| mass | time (s) | over the default's time |
+| --- | --- | --- |
+| printed | 5067.3 | 2.5e+02 |
+| read | 5e+06 | 2.5e+05 |
+"""
+
+
+def test_explicit_scheme_is_quoted() -> None:
+    found = quoted(EXPLICIT)
+    assert [one.value for one in found.figures] == [250.0, 250000.0]
+    assert "mass printed" in found.figures[0].what
+    assert found.notes[1].startswith("The default is off by so much.")
+    assert "equal grids" not in found.notes[1]
+    assert quoted("# Another page\n").figures == ()
 
 
 # --- pages and command ------------------------------------------------------------------------------

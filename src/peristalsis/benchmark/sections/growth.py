@@ -136,8 +136,8 @@ SECTION = Section(
     title="Growth of the cost",
     about=(
         "Processor time of the solver (of a whole batch, for the number of runs) against size. Exponents p of cost = a "
-        "sizeᵖ by least squares of the logarithms, with the 95 % interval. Steps are the shipped ones at every size, so "
-        "the sheets' explicit step takes more stages on finer grids. Cells along are run with a residual tolerance of "
+        "sizeᵖ by least squares of the logarithms, with the 95 % interval. Steps are the shipped ones at every size, "
+        "so the sheets' explicit step takes more stages on finer grids. Cells along run with a residual tolerance of "
         "1e-7: beyond some 3000 wall elements rounding alone exceeds the shipped 1e-8."
     ),
     run=run,
