@@ -39,7 +39,7 @@ help:
 	@echo "make coverage the quick tests, and which branches they reach"
 	@echo "make verify   the quick tests, every exact problem (writes docs/verification), the slow tests"
 	@echo "make mutants  small errors put into the kernels one at a time: does the suite notice? (hours)"
-	@echo "make bench    the benchmarks"
+	@echo "make bench    what runs cost (writes docs/benchmarks; goes on where it was stopped; half an hour)"
 	@echo "make clean    remove .venv, caches and builds (results in out/ stay)"
 
 demo: $(READY)
@@ -76,11 +76,11 @@ mutants: $(READY)
 	@cd evidence && ../$(BIN)/python mutants.py
 
 bench: $(READY)
-	@$(BIN)/python benchmarks/run.py
+	@$(BIN)/peristalsis bench --full --out docs/benchmarks
 
 clean:
 	rm -rf $(VENV) build dist .coverage .coverage.* .mypy_cache .pytest_cache .ruff_cache .hypothesis src/*.egg-info
-	find src tests examples benchmarks -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
+	find src tests examples -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
 
 $(READY): pyproject.toml constraints.txt $(if $(remake),FORCE)
 	@command -v "$(PYTHON)" >/dev/null 2>&1 || { \

@@ -1,4 +1,4 @@
-"""The cache of compiled kernels: never a stale kernel, nothing compiled twice, no folder needed."""
+"""What a kernel depends on, and that nothing else makes it be compiled anew; `test_compiled_cache` has the rest."""
 
 from __future__ import annotations
 
@@ -108,16 +108,3 @@ def test_a_change_two_files_away_is_seen_and_nothing_else_is_compiled(tree: Path
     assert told(command(tree, cache, "deep")) == (15.0, 1, 0)
     (tree / "outer.py").write_text(OUTER, encoding="utf-8")
     assert told(command(tree, cache)) == (16.0, 1, 0)
-
-
-def test_several_processes_at_once_agree(tree: Path, tmp_path: Path) -> None:
-    cache = tmp_path / "cache"
-    together = [command(tree, cache) for _ in range(4)]
-    assert [told(process)[0] for process in together] == [7.0] * 4
-    assert told(command(tree, cache)) == (7.0, 1, 0)
-
-
-def test_without_a_folder_kernels_are_compiled_each_time(tree: Path, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("in the way", encoding="utf-8")
-    for _ in range(2):
-        assert told(command(tree, tmp_path / "file")) == (7.0, 0, 1)

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from .bench_command import EXAMPLES as BENCH_EXAMPLES
+from .bench_command import bench
 from .inputs import Input
 from .job import Job
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
@@ -58,6 +60,7 @@ EXAMPLES = {
     "check": ("peristalsis check out/baseline", "peristalsis check out/baseline out/thin --quarantine"),
     "paper": PAPER_EXAMPLES,
     "verify": VERIFY_EXAMPLES,
+    "bench": BENCH_EXAMPLES,
     "version": ("peristalsis version",),
 }
 """Examples of the help texts, by command; the tests run them."""
@@ -384,6 +387,7 @@ def check_(
 
 app.command("paper", epilog=_epilog("paper"))(paper)
 app.command("verify", epilog=_epilog("verify"))(verify)
+app.command("bench", epilog=_epilog("bench"))(bench)
 
 
 @app.command("version", epilog=_epilog("version"))

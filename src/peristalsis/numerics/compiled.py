@@ -66,4 +66,22 @@ def _decorate(function: Function, **more: Any) -> Function:
     if CACHE_FOLDER is not None and kept:
         numba.config.CACHE_DIR = str(CACHE_FOLDER / kernel_digest(file))
     result: Function = numba.njit(cache=kept, fastmath=False, error_model="numpy", nogil=True, **more)(function)
+    _mend(result)
     return result
+
+
+def _mend(kernel: object) -> None:
+    """Let a kernel whose file in the cache is not whole be compiled again: a power failure can cut files short."""
+    kept = getattr(kernel, "_cache", None)
+    load, forget = getattr(kept, "load_overload", None), getattr(kept, "flush", None)
+    if load is None or forget is None:
+        return
+
+    def load_or_compile(*words: Any) -> Any:
+        try:
+            return load(*words)
+        except Exception:  # whatever pickle makes of half a file
+            forget()
+            return None
+
+    vars(kept)["load_overload"] = load_or_compile

@@ -1,0 +1,1 @@
+"""The sections of the bench, one file each; found by being there."""
