@@ -15,6 +15,7 @@ import pytest
 import peristalsis as ps
 from peristalsis.build import build
 from peristalsis.checkpoint import Checkpoints, newest
+from peristalsis.cli.inputs import Input
 from peristalsis.errors import ConfigurationError, DivergenceError
 from peristalsis.model import explicit_step
 from peristalsis.model.explicit_limits import Limits, limits
@@ -364,3 +365,10 @@ def test_cells_of_the_explicit_scheme_are_judged_by_their_own_error() -> None:
     assert not warned({})
     assert warned(HEAVY)
     assert not warned(HEAVY | {"grid.n_z": 1200})
+
+
+def test_integrator_is_an_option_of_the_command() -> None:
+    assert Input("baseline", integrator="explicit").configuration().solver.integrator == "explicit"
+    assert Input("baseline").configuration().solver.integrator == "implicit"
+    with pytest.raises(ConfigurationError, match="set by --set and --integrator is given as well"):
+        Input("baseline", settings=("solver.integrator=implicit",), integrator="explicit").configuration()
