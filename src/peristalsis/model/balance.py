@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.surface import rates_to_frames
 from ..numerics.rates import rate_formula
@@ -13,10 +14,12 @@ from .bookkeeping import wall_work
 from .constants import packed
 from .explicit_step import contact_energy, explicit_acceleration
 from .fields import end_reactions
-from .friction import dry_friction_now, sliding_speed
+from .friction import dry_friction_now, friction_ahead, sliding_speed
 from .model import Model
 from .state import State
 from .surface_balance import surface_wall_work, volume_of
+
+Floats = NDArray[np.float64]
 
 
 class Work(NamedTuple):
@@ -89,7 +92,19 @@ def _kinetic(model: Model, squares: list[float]) -> float:
 
 
 def _lost_pellet(model: Model, before: State, after: State) -> float:
-    return 0.5 * model.dt_wall * (_friction_power(model, before) + _friction_power(model, after))
+    power = _friction_power(model, before) + _friction_power(model, after)
+    if model.pellet.tangential and model.pellet.frame > 0.0 and model.pellet.present:
+        # A reaction along the meridian also works on the wall across the axis: it slips faster than along it.
+        _, weight = friction_ahead(model, before.wall, before.pellet)
+        power += sum(_power_across(model, state, weight) for state in (before, after))
+    return 0.5 * model.dt_wall * power
+
+
+def _power_across(model: Model, state: State, weight: Floats) -> float:
+    """Power lost in friction by slip across the axis [mN cm/s], Eq. (51)."""
+    wall, pellet = state.wall, state.pellet
+    rho, axial = wall.position[:, :, 0], wall.position[:, :, 2] - pellet.position
+    return model.pellet.frame * pellet.axial_force * float((weight * axial / rho * wall.velocity[:, :, 0]).sum())
 
 
 class Momentum(NamedTuple):
