@@ -10,11 +10,11 @@ from functools import cache
 def _compile(columns: int) -> float:
     from .build import build
     from .config import Configuration
-    from .model.balance import work_of_step
-    from .model.contact_summary import contact_summary
-    from .model.fields import corner_tensions, end_reactions
+    from .model.fields import corner_tensions
+    from .model.guards import violation
     from .model.initial import initial_state
     from .model.step import advance
+    from .model.step_summary import summary_of_step
 
     begin = time.perf_counter()
     tiny = Configuration().with_changes({"grid.n_z": 200, "grid.n_z_wall": 100, "grid.n_theta": columns})
@@ -22,9 +22,8 @@ def _compile(columns: int) -> float:
         tiny = tiny.with_changes({"pacemaker.angular_width": "90 deg"})
     model, before, _ = initial_state(build(tiny))
     after, _ = advance(model, before)
-    work_of_step(model, before, after)
-    contact_summary(model, after)
-    end_reactions(after.wall, model.wall, after.pressure)
+    violation(model, after)
+    summary_of_step(model, before, after)
     corner_tensions(after.wall, model.wall)
     return time.perf_counter() - begin
 

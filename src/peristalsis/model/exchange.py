@@ -32,6 +32,15 @@ def stretch_ahead(
 
 
 @compiled
+def stretches_receptors(position: np.ndarray, contact: np.ndarray, free_radius: np.ndarray, threshold: float) -> bool:
+    """Whether a node that touches the pellet is wider than `threshold` times its pellet-free radius [cm], (n,)."""
+    found = 0
+    for i in range(contact.shape[0]):
+        found += 1 if contact[i, 0] > 0.0 and position[i, 0, 0] / free_radius[i] > threshold else 0
+    return found > 0
+
+
+@compiled
 def conduction_coefficient(
     start: np.ndarray, indices: np.ndarray, weights: np.ndarray, scale: float, stretch: np.ndarray, out: np.ndarray
 ) -> None:
