@@ -68,12 +68,15 @@ def drive_of_layer(
     factor: of every cell, flattened.
     """
     n_theta = out.shape[1]
+    source = np.empty(potential.shape)
+    for cell in range(potential.shape[0]):
+        for j in range(n_theta):
+            source[cell, j] = factor[cell * n_theta + j] * max(potential[cell, j] - threshold, 0.0)
     for t in range(out.shape[0]):
         for j in range(n_theta):
             total = 0.0
             for k in range(start[t], start[t + 1]):
-                cell = indices[k]
-                total += weights[k] * (factor[cell * n_theta + j] * max(potential[cell, j] - threshold, 0.0))
+                total += weights[k] * source[indices[k], j]
             out[t, j] = total
 
 

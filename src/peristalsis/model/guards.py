@@ -188,8 +188,8 @@ def _trigger(model: Model, state: State) -> str | None:
 def _between(values: np.ndarray, low: float, high: float) -> bool:
     """Whether every value is a number strictly between the bounds."""
     good = 0
-    for value in values:
-        good += 1 if (value > low) & (value < high) else 0
+    for k in range(values.size):  # by index: such a loop runs on vector registers
+        good += 1 if (values[k] > low) & (values[k] < high) else 0
     return good == values.size
 
 
