@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -71,10 +71,12 @@ class EventRecorder:
                     if start <= pulse.begin < time:
                         middle = 0.5 * (pulse.low + pulse.high)
                         self.note(pulse.begin, "pacemaker", middle, f"pulse on the {layer} layer")
-        fired = (after.trigger.start != before.trigger.start).any(axis=1)
-        if fired.any():
+        # Where no cell fires the array is mostly the same one, and need not be looked at.
+        same = after.trigger.start is before.trigger.start
+        fired: Any = () if same else np.flatnonzero((after.trigger.start != before.trigger.start).any(axis=1))
+        if len(fired) > 0:
             if time - self._last_trigger > QUIET_TIME:
-                place = float(model.grid.cells[np.flatnonzero(fired)[0]])
+                place = float(model.grid.cells[fired[0]])
                 self.note(time, "trigger", place, f"the circular layer is started (rule {model.trigger.rule})")
             self._last_trigger = time
         if after.reflex.fired != before.reflex.fired:
@@ -83,7 +85,7 @@ class EventRecorder:
 
     def _pellet(self, model: Model, before: State, after: State, time: float) -> None:
         slides = [sliding_speed(model, state.pellet) != 0.0 for state in (before, after)]
-        touches = [bool((state.wall.contact > 0.0).any()) for state in (before, after)]
+        touches = [bool(state.wall.contact.max() > 0.0) for state in (before, after)]
         place = after.pellet.position
         if slides[1] and not slides[0]:
             self.note(

@@ -9,13 +9,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .model.balance import momentum_of_step, work_of_step
-from .model.contact_summary import contact_summary
-from .model.fields import contact_pressure, corner_tensions, end_reactions, nodal_stretches, nodal_tensions
+from .model.fields import contact_pressure, corner_tensions, nodal_stretches, nodal_tensions
 from .model.friction import sliding_speed
 from .model.model import Model
 from .model.state import State
 from .model.step import StepReport
+from .model.step_summary import StepSummary, summary_of_step
 from .names import SCALARS
 from .recording import ALL, chosen
 from .tissue.cells.plant import GATES
@@ -53,11 +52,12 @@ class ScalarRecorder:
 
     def start(self, model: Model, state: State) -> None:
         """Record the initial state."""
-        self.rows.append(self._row(model, state, 0, momentum_of_step(model, state, state).residual))
+        self.rows.append(self._row(model, state, 0, summary_of_step(model, state, state)))
 
     def see(self, model: Model, before: State, after: State, report: StepReport) -> str | None:
         """Add the work of the step and record its end."""
-        work = work_of_step(model, before, after)
+        summary = summary_of_step(model, before, after)
+        work = summary.work
         self._work += (
             work.active,
             work.gas,
@@ -67,8 +67,7 @@ class ScalarRecorder:
             work.residual,
         )
         self.absolute_work += abs(work.active) + abs(work.gas)
-        momentum = momentum_of_step(model, before, after).residual
-        self.rows.append(self._row(model, after, report.newton_iterations, momentum))
+        self.rows.append(self._row(model, after, report.newton_iterations, summary))
         return None
 
     def columns(self) -> dict[str, Floats]:
@@ -76,9 +75,8 @@ class ScalarRecorder:
         table = np.array(self.rows, dtype=np.float64)
         return {name: table[:, k].copy() for k, name in enumerate(self.NAMES)}
 
-    def _row(self, model: Model, state: State, iterations: int, momentum: float) -> tuple[float, ...]:
-        contact = contact_summary(model, state)
-        oral, anal, slack = end_reactions(state.wall, model.wall, state.pressure)
+    def _row(self, model: Model, state: State, iterations: int, summary: StepSummary) -> tuple[float, ...]:
+        contact = summary.contact
         pellet = model.pellet
         position = state.pellet.position if pellet.present else math.nan
         viscous = -pellet.viscous * sliding_speed(model, state.pellet)
@@ -89,18 +87,18 @@ class ScalarRecorder:
             contact.normal_force,
             viscous,
             -state.pellet.axial_force - viscous,
-            oral,
-            anal,
+            summary.oral,
+            summary.anal,
             state.pressure / KPA,
             contact.largest_pressure / KPA,
             contact.start,
             contact.end,
             2.0 * contact.least_radius,
-            slack,
+            summary.slack,
             contact.smallest_gap,
             iterations,
-            *(float(value) for value in self._work),
-            momentum,
+            *self._work.tolist(),
+            summary.momentum.residual,
         )
 
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import brentq
 
 from .build import build, diffusivity
 from .config import Configuration
@@ -20,6 +19,7 @@ from .model.explicit_limits import Limits, limits
 from .model.model import Model
 from .model.state import State
 from .model.step import advance
+from .numerics.roots import find_root
 from .regions import varies_around
 from .tissue.resolution import columns_for_speed, front_foot, relative_front_speed
 from .wall.active import ActiveConstants, active_tension
@@ -85,7 +85,7 @@ def end_length(model: Model, stretch: float = 1.0) -> float | None:
         high += 0.05
         if high > 4.0:
             return None
-    hoop = float(brentq(excess, 1.0, high)) if excess(1.0) < 0.0 else 1.0
+    hoop = find_root(excess, 1.0, high) if excess(1.0) < 0.0 else 1.0
     along, around, n_ll, n_lc, n_cl, n_cc = tensions(hoop)
     radial = (n_cc - around / hoop) / wall.radius**2
     coupling = (n_lc - around / stretch) * (n_cl - around / stretch) / wall.radius**2

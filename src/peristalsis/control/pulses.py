@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..numerics.compiled import compiled
+
 Floats = NDArray[np.float64]
 
 
@@ -69,7 +71,28 @@ def add_pulses(
     """
     for pulse in pulses:
         share = overlap_in_time(pulse.begin, pulse.end, start, stop)
-        if share > 0.0:
+        if share > 0.0 and drive.shape[1] == 1 and isinstance(response, float):
+            around = float(covered_around(1, pulse.angle, pulse.sector)[0])
+            _add_ring(cells, cell_size, pulse.low, pulse.high, pulse.strength * share, around, response, drive)
+        elif share > 0.0:
             where = covered(cells - 0.5 * cell_size, cells + 0.5 * cell_size, pulse.low, pulse.high)
-            around = covered_around(drive.shape[1], pulse.angle, pulse.sector)
-            drive += (pulse.strength * share * where)[:, None] * around * response
+            columns = covered_around(drive.shape[1], pulse.angle, pulse.sector)
+            drive += (pulse.strength * share * where)[:, None] * columns * response
+
+
+@compiled
+def _add_ring(
+    cells: np.ndarray,
+    cell_size: float,
+    low: float,
+    high: float,
+    strength: float,
+    around: float,
+    response: float,
+    drive: np.ndarray,
+) -> None:
+    """One pulse onto rings of cells, (n_z, 1): `covered` and the factors in the order of `add_pulses`."""
+    for k in range(cells.size):
+        edge_low, edge_high = cells[k] - 0.5 * cell_size, cells[k] + 0.5 * cell_size
+        inside = max(min(edge_high, high) - max(edge_low, low), 0.0)
+        drive[k, 0] += strength * (inside / (edge_high - edge_low)) * around * response

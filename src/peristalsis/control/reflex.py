@@ -74,4 +74,7 @@ def observe_stretch(
 
 
 def _kept(pulses: tuple[Pulse, ...], time: float) -> tuple[Pulse, ...]:
-    return tuple(pulse for pulse in pulses if pulse.end > time)
+    for pulse in pulses:
+        if not pulse.end > time:
+            return tuple(pulse for pulse in pulses if pulse.end > time)
+    return pulses

@@ -42,7 +42,7 @@ def quiet(shape: tuple[int, int]) -> TriggerState:
 def observe_tension(trigger: Trigger, state: TriggerState, tension: Floats, time: float) -> TriggerState:
     """Fire where the tension passes its maximum: it was rising, falls now, and was above the level."""
     rising, start = np.empty_like(state.rising), np.empty_like(state.start)
-    _pass_maximum(
+    fires = _pass_maximum(
         tension.ravel(),
         state.tension.ravel(),
         state.rising.ravel(),
@@ -53,7 +53,7 @@ def observe_tension(trigger: Trigger, state: TriggerState, tension: Floats, time
         rising.ravel(),
         start.ravel(),
     )
-    return TriggerState(tension, rising, start)
+    return TriggerState(tension, rising, start if fires else state.start)
 
 
 @compiled
@@ -67,12 +67,16 @@ def _pass_maximum(
     time: float,
     rising: np.ndarray,
     start: np.ndarray,
-) -> None:
+) -> bool:
+    """Whether a cell fires; `start` then holds the times of the last pulses."""
+    any_fires = False
     for k in range(tension.size):
         falling = tension[k] < before[k]
         fires = was_rising[k] and falling and before[k] > level and time - last[k] > refractory
         rising[k] = was_rising[k] if tension[k] == before[k] else not falling
         start[k] = time if fires else last[k]
+        any_fires |= fires
+    return any_fires
 
 
 def observe_activation(trigger: Trigger, state: TriggerState, activation: Floats, time: float) -> TriggerState:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -42,30 +43,21 @@ def work_of_step(model: Model, before: State, after: State) -> Work:
     """Trapezoidal work of every term between two states a step apart."""
     if model.grid.is_surface:
         return _work_on_surface(model, before, after)
-    old, new = before.wall, after.wall
     parts = np.empty(4)
-    volume_0, volume_1 = wall_work(
-        old.position,
-        old.velocity,
-        old.stretch_rate,
-        old.hoop_rate,
-        old.drive,
-        new.position,
-        new.velocity,
-        new.stretch_rate,
-        new.hoop_rate,
-        new.drive,
-        packed(model.wall),
-        parts,
-    )
-    stored, active, viscous, floor = parts.tolist()
+    volumes = wall_work(before.wall.arrays, after.wall.arrays, packed(model.wall), parts)
+    return work_from(model, before, after, parts.tolist(), volumes)
+
+
+def work_from(model: Model, before: State, after: State, parts: Sequence[float], volumes: tuple[float, float]) -> Work:
+    """`work_of_step` of one column from the numbers of `bookkeeping.wall_work`: parts (4) and volumes (2)."""
+    stored, active, viscous, floor = parts
     pellet_volume = model.pellet.volume if model.pellet.present else 0.0
-    gas = _gas_energy(model, volume_0 - pellet_volume) - _gas_energy(model, volume_1 - pellet_volume)
+    gas = _gas_energy(model, volumes[0] - pellet_volume) - _gas_energy(model, volumes[1] - pellet_volume)
     kinetic = 0.0
     if model.inertia:
-        squares = [float((wall.velocity[:, 0, [0, 2]] ** 2).sum()) for wall in (old, new)]
+        squares = [float((state.wall.velocity[:, 0, [0, 2]] ** 2).sum()) for state in (before, after)]
         kinetic = _kinetic(model, squares)
-    stored += contact_energy(model, new) - contact_energy(model, old)
+    stored += contact_energy(model, after.wall) - contact_energy(model, before.wall)
     return Work(-active, gas, stored, viscous + floor, _lost_pellet(model, before, after), kinetic)
 
 
@@ -127,6 +119,11 @@ def momentum_of_step(model: Model, before: State, after: State) -> Momentum:
     With inertia, a step that was cut into pieces keeps no record of what its rate is made of: its terms are nan.
     """
     oral, anal, _ = end_reactions(after.wall, model.wall, after.pressure)
+    return momentum_from(model, before, after, anal - oral)
+
+
+def momentum_from(model: Model, before: State, after: State, ends: float) -> Momentum:
+    """`momentum_of_step` from the difference of the anal and the oral reaction [mN]."""
     force = after.pellet.axial_force if model.pellet.present else 0.0
     # Friction holds by the contact at a step's start where the step is implicit, by that of now where it is explicit.
     holding = before if model.explicit is None else after
@@ -144,7 +141,7 @@ def momentum_of_step(model: Model, before: State, after: State) -> Momentum:
         rate = float((after.wall.velocity - history)[:, :, 2].sum()) * formula.inverse
         area = 2.0 * math.pi * model.wall.radius * model.wall.element_size / model.grid.n_theta
         inertia = area * model.wall.surface_density * rate
-    return Momentum(anal - oral, force, friction, inertia)
+    return Momentum(ends, force, friction, inertia)
 
 
 def _gas_energy(model: Model, volume: float) -> float:

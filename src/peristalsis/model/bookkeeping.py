@@ -14,6 +14,7 @@ from ..numerics.compiled import INDEX, compiled
 from ..numerics.reductions import total
 from ..pellet.contact import smallest_gap
 from ..wall.membrane import WallConstants, tension_parts
+from .arrays import WallArrays
 from .constants import unpack_wall
 
 STRETCH, HOOP, STRETCH_RATE, HOOP_RATE, DRIVES, RHO, ZETA = 0, 1, 2, 3, 4, 8, 9
@@ -26,10 +27,9 @@ PASSIVE, ACTIVE, VISCOUS, FLOOR = range(4)
 
 
 @compiled
-def take_apart(
-    position: np.ndarray, stretch_rate: np.ndarray, hoop_rate: np.ndarray, drive: np.ndarray, wall: WallConstants
-) -> np.ndarray:
+def take_apart(arrays: WallArrays, wall: WallConstants) -> np.ndarray:
     """Contiguous rows of a state, (ROWS, n): lengths [cm], stretches, rates [1/s], drives [mV]."""
+    position, stretch_rate, hoop_rate, drive = arrays.position, arrays.stretch_rate, arrays.hoop_rate, arrays.drive
     n = position.shape[0]
     rows = np.zeros((ROWS, n))
     for i in range(n):
@@ -64,22 +64,21 @@ def _total_tensions(rows: np.ndarray, corner: int, wall: WallConstants, totals: 
 
 
 @compiled
-def reactions(
-    position: np.ndarray,
-    velocity: np.ndarray,
-    stretch_rate: np.ndarray,
-    hoop_rate: np.ndarray,
-    drive: np.ndarray,
-    pressure: float,
-    wall_numbers: np.ndarray,
-) -> tuple[float, float, float]:
+def reactions(arrays: WallArrays, pressure: float, wall_numbers: np.ndarray) -> tuple[float, float, float]:
     """Axial force at the oral and the anal end [mN] and the share of slack corners; see `fields.end_reactions`."""
     wall = unpack_wall(wall_numbers)
-    rows = take_apart(position, stretch_rate, hoop_rate, drive, wall)
-    m = position.shape[0] - 1
-    totals = np.empty((4, m))
+    rows = take_apart(arrays, wall)
+    totals = np.empty((4, arrays.position.shape[0] - 1))
     for corner in range(2):
         _total_tensions(rows, corner, wall, totals)
+    return _reactions(rows, totals, arrays.velocity, pressure, wall)
+
+
+@compiled
+def _reactions(
+    rows: np.ndarray, totals: np.ndarray, velocity: np.ndarray, pressure: float, wall: WallConstants
+) -> tuple[float, float, float]:
+    m = totals.shape[1]
     slack = 0
     for e in range(m):
         for corner in range(2):
@@ -108,16 +107,19 @@ def reactions(
 
 @compiled
 def touch(
-    position: np.ndarray,
-    contact: np.ndarray,
-    centre: float,
-    pellet_radius: float,
-    wall_numbers: np.ndarray,
+    arrays: WallArrays, centre: float, pellet_radius: float, wall_numbers: np.ndarray
 ) -> tuple[float, float, float, float, float, float]:
     """Numbers of `ContactSummary`; pellet_radius [cm] is 0 without a pellet."""
     wall = unpack_wall(wall_numbers)
-    n = position.shape[0]
-    rho, zeta = position[:, 0, 0].copy(), position[:, 0, 2].copy()
+    return _touch(take_apart(arrays, wall), arrays.contact, centre, pellet_radius, wall)
+
+
+@compiled
+def _touch(
+    rows: np.ndarray, contact: np.ndarray, centre: float, pellet_radius: float, wall: WallConstants
+) -> tuple[float, float, float, float, float, float]:
+    rho, zeta = rows[RHO], rows[ZETA]
+    n = rho.size
     normal = 0.0
     pressure = 0.0
     start = math.nan
@@ -139,8 +141,13 @@ def touch(
 
 
 @compiled
-def _corner_work(old: np.ndarray, new: np.ndarray, corner: int, wall: WallConstants, work: np.ndarray) -> None:
-    """Trapezoidal tension times change of stretch at one corner of every element, by part, (4, elements)."""
+def _corner_work(
+    old: np.ndarray, new: np.ndarray, corner: int, wall: WallConstants, work: np.ndarray, totals: np.ndarray
+) -> None:
+    """Trapezoidal tension times change of stretch at one corner of every element, by part, (4, elements).
+
+    totals: receives the total tensions of the new state, as `_total_tensions` writes them.
+    """
     corner = corner & INDEX
     m = work.shape[1]
     stretch_0, stretch_1 = old[STRETCH, :m], new[STRETCH, :m]
@@ -150,6 +157,7 @@ def _corner_work(old: np.ndarray, new: np.ndarray, corner: int, wall: WallConsta
     longitudinal_0, longitudinal_1 = old[DRIVES + corner], new[DRIVES + corner]
     circular_0, circular_1 = old[DRIVES + 2 + corner], new[DRIVES + 2 + corner]
     passive, active, viscous, floor = work[0], work[1], work[2], work[3]
+    axial, circumferential = totals[AXIAL + corner], totals[CIRCUMFERENTIAL + corner]
     published = wall.published
     for e in range(m):
         s_0, s_1, h_0, h_1 = stretch_0[e], stretch_1[e], hoop_0[e], hoop_1[e]
@@ -166,35 +174,36 @@ def _corner_work(old: np.ndarray, new: np.ndarray, corner: int, wall: WallConsta
         active[e] = q
         viscous[e] = r
         floor[e] = t - (p + q + r)
+        axial[e] = b[3]
+        circumferential[e] = b[7]
 
 
 @compiled
-def wall_work(
-    old_position: np.ndarray,
-    old_velocity: np.ndarray,
-    old_stretch_rate: np.ndarray,
-    old_hoop_rate: np.ndarray,
-    old_drive: np.ndarray,
-    new_position: np.ndarray,
-    new_velocity: np.ndarray,
-    new_stretch_rate: np.ndarray,
-    new_hoop_rate: np.ndarray,
-    new_drive: np.ndarray,
-    wall_numbers: np.ndarray,
-    out: np.ndarray,
-) -> tuple[float, float]:
+def wall_work(old: WallArrays, new: WallArrays, wall_numbers: np.ndarray, out: np.ndarray) -> tuple[float, float]:
     """Work on the wall between two states by part into `out` (4,) [mN cm], bending included; volumes of the lumen.
 
     Bending adds to what is stored (Eq. (16)), its viscosity to what is lost.
     """
     wall = unpack_wall(wall_numbers)
-    old = take_apart(old_position, old_stretch_rate, old_hoop_rate, old_drive, wall)
-    new = take_apart(new_position, new_stretch_rate, new_hoop_rate, new_drive, wall)
-    n = old_position.shape[0]
+    totals = np.empty((4, old.position.shape[0] - 1))
+    return _wall_work(take_apart(old, wall), take_apart(new, wall), old.velocity, new.velocity, wall, totals, out)
+
+
+@compiled
+def _wall_work(
+    old: np.ndarray,
+    new: np.ndarray,
+    old_velocity: np.ndarray,
+    new_velocity: np.ndarray,
+    wall: WallConstants,
+    totals: np.ndarray,
+    out: np.ndarray,
+) -> tuple[float, float]:
+    n = old_velocity.shape[0]
     work = np.empty((4, n - 1))
     out[:] = 0.0
     for corner in range(2):
-        _corner_work(old, new, corner, wall, work)
+        _corner_work(old, new, corner, wall, work, totals)
         for part in range(4):
             out[part] += total(work[part])
     for part in range(4):
@@ -215,3 +224,35 @@ def wall_work(
     out[PASSIVE] += unit * wall.bending_stiffness * bent
     out[VISCOUS] += 2.0 * unit * wall.bending_viscosity * damped
     return lumen_volume(old[RHO], old[ZETA]), lumen_volume(new[RHO], new[ZETA])
+
+
+NUMBERS = 15
+"""How many numbers `numbers_of_step` gives."""
+
+
+@compiled
+def numbers_of_step(
+    old: WallArrays,
+    new: WallArrays,
+    pressure: float,
+    centre: float,
+    pellet_radius: float,
+    wall_numbers: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Into `out` (NUMBERS,): what `wall_work` gives, (4) and (2), `reactions` (3) and `touch` (6) of the new state.
+
+    In one pass: the states are taken apart once and no tension is computed twice.
+    """
+    wall = unpack_wall(wall_numbers)
+    before, after = take_apart(old, wall), take_apart(new, wall)
+    totals = np.empty((4, old.position.shape[0] - 1))
+    volumes = _wall_work(before, after, old.velocity, new.velocity, wall, totals, out[:4])
+    ends = _reactions(after, totals, new.velocity, pressure, wall)
+    contact = _touch(after, new.contact, centre, pellet_radius, wall)
+    for k in range(2):
+        out[4 + k] = volumes[k]
+    for k in range(3):
+        out[6 + k] = ends[k]
+    for k in range(6):
+        out[9 + k] = contact[k]

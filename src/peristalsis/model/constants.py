@@ -32,6 +32,10 @@ class PelletConstants(NamedTuple):
     tangential: bool = False
 
 
+PELLET_DRY = 3
+"""Place of `dry` among the numbers of `PelletConstants`."""
+
+
 class LumenConstants(NamedTuple):
     """Adiabatic lumen, Eq. (17): p = pressure*(reference_volume/V)^exponent in mN/cm^2 and cm^3."""
 

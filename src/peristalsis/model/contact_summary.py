@@ -37,5 +37,5 @@ def contact_summary(model: Model, state: State) -> ContactSummary:
             found.normal_force, found.largest_pressure, found.start, found.end, least, found.smallest_gap
         )
     radius = model.pellet.radius if model.pellet.present else 0.0
-    numbers = touch(wall.position, wall.contact, state.pellet.position, radius, packed(model.wall))
+    numbers = touch(wall.arrays, state.pellet.position, radius, packed(model.wall))
     return ContactSummary(*numbers)

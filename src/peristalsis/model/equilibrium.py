@@ -626,7 +626,9 @@ def solve_equilibrium(
     known[WEIGHT] = friction_weight
     set_drives(drive_longitudinal, drive_circular, known)
     settings = np.array([*step, tolerance, gap_tolerance, max_iterations], dtype=np.float64)
+    # The copy can be written to, as the pellet's numbers in `wall_step.step_wall`: one compiled variant does for both.
+    constants = packed(wall), packed(pellet).copy(), packed(lumen)
     code, iterations, assemblies = solve_packed(
-        rho, zeta, density, scalars, known, packed(wall), packed(pellet), packed(lumen), settings, *workspace(rho.size)
+        rho, zeta, density, scalars, known, *constants, settings, *workspace(rho.size)
     )
     return code, iterations, assemblies

@@ -32,6 +32,15 @@ def stretch_ahead(
 
 
 @compiled
+def stretches_receptors(position: np.ndarray, contact: np.ndarray, free_radius: np.ndarray, threshold: float) -> bool:
+    """Whether a node that touches the pellet is wider than `threshold` times its pellet-free radius [cm], (n,)."""
+    found = 0
+    for i in range(contact.shape[0]):
+        found += 1 if contact[i, 0] > 0.0 and position[i, 0, 0] / free_radius[i] > threshold else 0
+    return found > 0
+
+
+@compiled
 def conduction_coefficient(
     start: np.ndarray, indices: np.ndarray, weights: np.ndarray, scale: float, stretch: np.ndarray, out: np.ndarray
 ) -> None:
@@ -59,12 +68,15 @@ def drive_of_layer(
     factor: of every cell, flattened.
     """
     n_theta = out.shape[1]
+    source = np.empty(potential.shape)
+    for cell in range(potential.shape[0]):
+        for j in range(n_theta):
+            source[cell, j] = factor[cell * n_theta + j] * max(potential[cell, j] - threshold, 0.0)
     for t in range(out.shape[0]):
         for j in range(n_theta):
             total = 0.0
             for k in range(start[t], start[t + 1]):
-                cell = indices[k]
-                total += weights[k] * (factor[cell * n_theta + j] * max(potential[cell, j] - threshold, 0.0))
+                total += weights[k] * source[indices[k], j]
             out[t, j] = total
 
 

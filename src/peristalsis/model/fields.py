@@ -106,7 +106,5 @@ def end_reactions(wall: WallState, constants: WallConstants, pressure: float) ->
         corners = corner_tensions(wall, constants)
         slack = np.minimum(corners[..., TOTAL_LONGITUDINAL], corners[..., TOTAL_CIRCULAR]) <= constants.slack_blend
         return (*surface_end_reactions(wall, constants, pressure), float(slack.mean()))
-    oral, anal, share = reactions(
-        wall.position, wall.velocity, wall.stretch_rate, wall.hoop_rate, wall.drive, pressure, packed(constants)
-    )
+    oral, anal, share = reactions(wall.arrays, pressure, packed(constants))
     return oral, anal, share

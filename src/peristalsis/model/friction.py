@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
-from ..numerics.compiled import compiled
-from ..pellet.friction import CONSTANT, dry_friction, sliding_velocity
+from ..pellet.friction import CONSTANT, dry_friction, share_out, sliding_velocity
 from .model import Model
 from .state import PelletState, WallState
 
@@ -21,28 +18,10 @@ def friction_ahead(model: Model, wall: WallState, pellet: PelletState) -> tuple[
     The shares, (n_z_wall + 1, n_theta), sum to one, or vanish without contact.
     """
     weight = np.empty_like(wall.contact)
-    total = _share_out(wall.contact, wall.position, pellet.position, model.friction.coefficient > 0.0, weight)
+    total = share_out(wall.contact, wall.position, pellet.position, model.friction.coefficient > 0.0, weight)
     area = 2.0 * np.pi * model.wall.radius * model.wall.element_size / model.grid.n_theta
     stuck = sliding_speed(model, pellet) == 0.0
     return dry_friction(model.pellet.dry, model.friction, area * total, stuck), weight
-
-
-@compiled
-def _share_out(contact: np.ndarray, position: np.ndarray, centre: float, across: bool, weight: np.ndarray) -> float:
-    """Shares of the nodes in the pressing, and its sum: of the contact, or of its part across the axis."""
-    total = 0.0
-    for i in range(contact.shape[0]):
-        for j in range(contact.shape[1]):
-            pressing = contact[i, j]
-            if across and pressing != 0.0:
-                rho, axial = position[i, j, 0], position[i, j, 2] - centre
-                pressing *= rho / math.sqrt(rho * rho + axial * axial)
-            weight[i, j] = pressing
-            total += pressing
-    for i in range(contact.shape[0]):
-        for j in range(contact.shape[1]):
-            weight[i, j] = weight[i, j] / total if total > 0.0 else 0.0
-    return total
 
 
 def dry_friction_now(model: Model, pellet: PelletState) -> float:

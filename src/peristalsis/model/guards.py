@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from ..tissue.cells.plant import GATES, TABLE_HIGH, TABLE_LOW
 from ..wall.membrane import LARGEST_STRETCH, SMALLEST_STRETCH
 from .fields import stretch_of_elements
 from .model import Model
-from .state import SheetState, State
+from .state import SheetState, State, WallState
 from .step import StepReport, advance
 from .surface_fields import surface_stretches
 
@@ -59,13 +60,8 @@ def advance_safely(model: Model, state: State, halvings: int = HALVINGS) -> tupl
 
 def violation(model: Model, state: State) -> str | None:
     """What is wrong with a state, naming field and place, or None: not finite, or beyond what any tissue can be."""
-    found = (
-        _sheet(model, "longitudinal", state.longitudinal)
-        or _sheet(model, "circular", state.circular)
-        or _sheet(model, "pacemaker", state.pacemaker)
-        or _wall(model, state)
-        or _trigger(model, state)
-    )
+    found = None if _sound(state) else _first_wrong(model, state)
+    found = found or _stretches(model, state.wall)
     if found is not None:
         return found
     pellet = state.pellet
@@ -77,9 +73,50 @@ def violation(model: Model, state: State) -> str | None:
         "reflex": state.reflex.fired if state.reflex.fired != -np.inf else 0.0,
     }
     for name, value in scalars.items():
-        if not np.isfinite(value):
+        if not math.isfinite(value):
             return f"{name} is {value}"
     return None if state.pressure >= 0.0 else f"lumen pressure is {state.pressure:.3g} mN/cm^2"
+
+
+def _sound(state: State) -> bool:
+    """Whether all fields but the stretches pass, in one compiled call; `_first_wrong` finds the words."""
+    sheets = (state.longitudinal, state.circular, state.pacemaker)
+    wall = state.wall
+    finite = (wall.position, wall.velocity, wall.contact, wall.hoop_rate, wall.stretch_rate, wall.drive)
+    return bool(
+        _all_within(
+            tuple([sheet.potential.ravel() for sheet in sheets]),
+            tuple([sheet.gates.ravel() for sheet in sheets]),
+            (*[array.ravel() for array in finite], state.trigger.tension.ravel()),
+        )
+    )
+
+
+@compiled
+def _all_within(
+    potentials: tuple[np.ndarray, ...], gates: tuple[np.ndarray, ...], finite: tuple[np.ndarray, ...]
+) -> bool:
+    """Whether potentials and gates (flattened, calcium last) keep their bounds, and the rest is finite."""
+    good = True
+    for values in potentials:
+        good &= _between(values, TABLE_LOW, TABLE_HIGH)
+    for values in gates:
+        calcium = values.size // 4 * 3
+        good &= _between(values[:calcium], -ROUNDOFF, 1.0 + ROUNDOFF)
+        good &= _between(values[calcium:], -ROUNDOFF, LARGEST_CALCIUM)
+    for values in finite:
+        good &= _between(values, -np.inf, np.inf)
+    return good
+
+
+def _first_wrong(model: Model, state: State) -> str | None:
+    return (
+        _sheet(model, "longitudinal", state.longitudinal)
+        or _sheet(model, "circular", state.circular)
+        or _sheet(model, "pacemaker", state.pacemaker)
+        or _wall(model, state.wall)
+        or _trigger(model, state)
+    )
 
 
 def _sheet(model: Model, name: str, sheet: SheetState) -> str | None:
@@ -95,8 +132,8 @@ def _sheet(model: Model, name: str, sheet: SheetState) -> str | None:
     return None
 
 
-def _wall(model: Model, state: State) -> str | None:
-    wall, nodes = state.wall, model.grid.nodes
+def _wall(model: Model, wall: WallState) -> str | None:
+    nodes = model.grid.nodes
     infinite = np.inf
     lengths = {"position": wall.position, "velocity": wall.velocity}
     rates = {"contact density": wall.contact, "hoop rate": wall.hoop_rate, "stretch rate": wall.stretch_rate}
@@ -104,6 +141,11 @@ def _wall(model: Model, state: State) -> str | None:
         bad = _outside(values, -infinite, infinite, nodes)
         if bad is not None:
             return f"wall {name} {bad}"
+    return None
+
+
+def _stretches(model: Model, wall: WallState) -> str | None:
+    nodes = model.grid.nodes
     if model.grid.is_surface:
         # Of the edges: a wall that bows is longer than rho and zeta show, and its nodes may cross the tube's axis.
         try:
@@ -111,6 +153,8 @@ def _wall(model: Model, state: State) -> str | None:
         except ValueError as error:
             return str(error)
     else:
+        if _column_within(wall.position, model.wall.element_size, model.wall.radius):
+            return None
         stretch = stretch_of_elements(wall.position, model.wall.element_size)
         hoop = wall.position[:, :, 0] / model.wall.radius
     for name, values in {"longitudinal stretch": stretch, "circumferential stretch": hoop}.items():
@@ -118,6 +162,21 @@ def _wall(model: Model, state: State) -> str | None:
         if bad is not None:
             return f"{name} {bad}"
     return None
+
+
+@compiled
+def _column_within(position: np.ndarray, element_size: float, radius: float) -> bool:
+    """Whether all stretches of a wall of one column, (n, 1, 3), are in range."""
+    n = position.shape[0]
+    good = 0
+    for i in range(n):
+        hoop = position[i, 0, 0] / radius
+        good += 1 if (hoop > SMALLEST_STRETCH) & (hoop < LARGEST_STRETCH) else 0
+    for e in range(n - 1):
+        dr, dz = position[e + 1, 0, 0] - position[e, 0, 0], position[e + 1, 0, 2] - position[e, 0, 2]
+        stretch = math.sqrt(dr * dr + dz * dz) / element_size
+        good += 1 if (stretch > SMALLEST_STRETCH) & (stretch < LARGEST_STRETCH) else 0
+    return good == 2 * n - 1
 
 
 def _trigger(model: Model, state: State) -> str | None:
@@ -129,8 +188,8 @@ def _trigger(model: Model, state: State) -> str | None:
 def _between(values: np.ndarray, low: float, high: float) -> bool:
     """Whether every value is a number strictly between the bounds."""
     good = 0
-    for value in values:
-        good += 1 if (value > low) & (value < high) else 0
+    for k in range(values.size):  # by index: such a loop runs on vector registers
+        good += 1 if (values[k] > low) & (values[k] < high) else 0
     return good == values.size
 
 

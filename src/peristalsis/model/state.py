@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..control.reflex import ReflexState
 from ..control.sequence import TriggerState
+from .arrays import WallArrays
 
 Floats = NDArray[np.float64]
 
@@ -47,6 +49,20 @@ class WallState:
     hoop_rate: Floats
     drive: Floats
     step_before: float
+
+    @cached_property
+    def arrays(self) -> WallArrays:
+        """All arrays, as compiled calls take them."""
+        return WallArrays(
+            self.position,
+            self.position_before,
+            self.velocity,
+            self.velocity_before,
+            self.contact,
+            self.stretch_rate,
+            self.hoop_rate,
+            self.drive,
+        )
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..control.pulses import add_pulses, covered, covered_around
-from ..control.reflex import forget, observe_stretch, refractory
-from ..control.sequence import LOCAL_RULES, add_trigger_current, observe_activation, observe_tension
+from ..control.reflex import ReflexState, forget, observe_stretch, refractory
+from ..control.sequence import LOCAL_RULES, TriggerState, add_trigger_current, observe_activation, observe_tension
 from ..errors import DivergenceError
 from ..numerics.rates import rate_formula
 from ..numerics.transfer import average
@@ -19,17 +19,18 @@ from ..tissue.cells.plant import CellConstants
 from ..tissue.sheet import advance_sheet
 from ..tissue.surface import SurfaceOperator, SurfaceSizes
 from ..tissue.surface_sheet import advance_surface_sheet
+from .arrays import NewWall
 from .constants import packed
-from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, REASONS, solve_packed, workspace
-from .exchange import active_force, conduction_coefficient, drive_of_layer, stretch_ahead
+from .equilibrium import CONVERGED, REASONS, workspace
+from .exchange import active_force, conduction_coefficient, drive_of_layer, stretch_ahead, stretches_receptors
 from .explicit_step import march_explicitly
 from .fields import axial_tension_of_elements
-from .friction import friction_ahead
+from .friction import dry_friction_now
 from .model import ACTIVATION_LEVEL, Layer, Model, explicit_stages
 from .state import PelletState, SheetState, State, WallState
 from .surface_fields import Stretches, surface_stretches
 from .surface_step import try_surface_wall
-from .wall_step import finish_step, prepare_step
+from .wall_step import Request, step_wall
 
 Floats = NDArray[np.float64]
 
@@ -58,38 +59,48 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
     if model.explicit is not None:
         pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)
         marched, micro_steps = march_explicitly(model, state, stimuli.longitudinal, stimuli.circular)
-        return _listen(model, replace(marched, pacemaker=pacemaker), stop), StepReport(0, micro_steps, 1)
+        trigger = _listen_to_muscle(model, state.trigger, marched.longitudinal, marched.wall, stop)
+        reflex = _listen_to_stretch(model, state.reflex, marched.wall, stop)
+        return replace(marched, pacemaker=pacemaker, trigger=trigger, reflex=reflex), StepReport(0, micro_steps, 1)
     longitudinal = _advance_layer(model, "longitudinal", state.longitudinal, stretch, stimuli.longitudinal, start)
     circular = _advance_layer(model, "circular", state.circular, stretch, stimuli.circular, start)
     pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)
     drive = np.empty_like(state.wall.drive)
-    drive[0] = muscle_drive(model, model.longitudinal, longitudinal)
-    drive[1] = muscle_drive(model, model.circular, circular)
+    _drive_into(model, model.longitudinal, longitudinal, drive[0])
+    _drive_into(model, model.circular, circular, drive[1])
     solved = _solve_wall(
         model, state.wall, state.pellet, state.pressure, drive, model.dt_wall, model.max_halvings, stop
     )
-    after = replace(
-        state,
-        step=state.step + 1,
-        longitudinal=longitudinal,
-        circular=circular,
-        pacemaker=pacemaker,
-        wall=solved.wall,
-        pellet=solved.pellet,
-        pressure=solved.pressure,
+    trigger = _listen_to_muscle(model, state.trigger, longitudinal, solved.wall, stop)
+    reflex = _listen_to_stretch(model, state.reflex, solved.wall, stop)
+    after = State(
+        state.step + 1,
+        longitudinal,
+        circular,
+        pacemaker,
+        solved.wall,
+        solved.pellet,
+        solved.pressure,
+        trigger,
+        reflex,
     )
-    return _listen(model, after, stop), StepReport(solved.iterations, solved.assemblies, solved.solves, solved.krylov)
+    return after, StepReport(solved.iterations, solved.assemblies, solved.solves, solved.krylov)
 
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
     """Force factor times phi+ [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
+    out = np.empty((2 * model.grid.n_z_wall, model.grid.n_theta))
+    _drive_into(model, layer, sheet, out)
+    return out
+
+
+def _drive_into(model: Model, layer: Layer, sheet: SheetState, out: Floats) -> None:
     if model.grid.is_surface:
         source = layer.force_factor * np.maximum(sheet.potential - layer.threshold, 0.0)
-        return model.grid.half_elements_of_cells(source)
-    out = np.empty((2 * model.grid.n_z_wall, 1))
-    weights = model.grid.cells_to_half_elements
-    drive_of_layer(*weights, sheet.potential, layer.threshold, layer.force_of_cells, out)
-    return out
+        out[:] = model.grid.half_elements_of_cells(source)
+    else:
+        weights = model.grid.cells_to_half_elements
+        drive_of_layer(*weights, sheet.potential, layer.threshold, layer.force_of_cells, out)
 
 
 class _Ahead(NamedTuple):
@@ -342,129 +353,91 @@ def _try_wall(
         counts = (found.iterations, found.assemblies, found.solves, found.krylov)
         return code, _Solved(found.wall, found.pellet, found.pressure, *counts)
     formula = rate_formula(dt, wall.step_before, model.second_order)
-    n = wall.position.shape[0]
-    rho, zeta, density, known = np.empty(n), np.empty(n), np.empty(n), np.zeros((KNOWN, n))
-    centre = pellet.position + dt * pellet.velocity
-    dry, weight = friction_ahead(model, wall, pellet)
-    constants = packed(model.wall), packed(model.pellet._replace(dry=dry)), packed(model.lumen)
-    if not prepare_step(
-        wall.position,
-        wall.position_before,
-        wall.velocity,
-        wall.velocity_before,
-        wall.contact,
-        wall.stretch_rate,
-        wall.hoop_rate,
-        wall.drive,
-        drive,
-        wall.step_before,
+    request = Request(
         dt,
+        wall.step_before,
         formula.older,
         formula.inverse,
-        centre,
-        weight,
-        *constants[:2],
-        rho,
-        zeta,
-        density,
-        known,
-    ):
-        return OUT_OF_RANGE, None
-    second = model.second_order and wall.step_before > 0.0
-    pellet_weight = 0.5 * dt if second else dt
-    pellet_history = pellet.position + (0.5 * dt * pellet.velocity if second else 0.0)
-    scalars = np.array([pressure, centre, pellet.axial_force])
-    settings = np.array(
-        [
-            formula.inverse,
-            model.inertia,
-            pellet_history,
-            pellet_weight,
-            model.tolerance,
-            model.gap_tolerance,
-            model.max_newton,
-        ],
+        model.second_order,
+        model.inertia,
+        model.tolerance,
+        model.gap_tolerance,
+        model.max_newton,
+        model.friction,
+    )
+    numbers = np.array(
+        [pressure, pellet.position, pellet.velocity, pellet.axial_force, dry_friction_now(model, pellet)],
         dtype=np.float64,
     )
-    code, iterations, assemblies = solve_packed(rho, zeta, density, scalars, known, *constants, settings, *workspace(n))
+    constants = packed(model.wall), packed(model.pellet), packed(model.lumen)
+    like = (wall.position, wall.velocity, wall.contact, wall.stretch_rate, wall.hoop_rate)
+    new = NewWall(*(np.empty_like(array) for array in like))
+    tables = workspace(wall.position.shape[0])
+    code, iterations, assemblies = step_wall(wall.arrays, drive, numbers, request, *constants, *tables, new)
     if code != CONVERGED:
         return code, None
-    numbers = np.array([scalars[0], scalars[1], 0.0, 0.0])
-    new, velocity, contact = np.empty_like(wall.position), np.empty_like(wall.position), np.empty_like(wall.contact)
-    stretch_rate, hoop_rate = np.empty_like(wall.stretch_rate), np.empty_like(wall.hoop_rate)
-    finish_step(
-        rho,
-        zeta,
-        density,
-        known,
-        wall.position,
-        formula.inverse,
-        pellet_history,
-        pellet_weight,
-        *constants[:2],
-        numbers,
-        new,
-        velocity,
-        contact,
-        stretch_rate,
-        hoop_rate,
-    )
     after = WallState(
-        position=new,
+        position=new.position,
         position_before=wall.position,
-        velocity=velocity,
+        velocity=new.velocity,
         velocity_before=wall.velocity,
-        contact=contact,
-        stretch_rate=stretch_rate,
-        hoop_rate=hoop_rate,
+        contact=new.contact,
+        stretch_rate=new.stretch_rate,
+        hoop_rate=new.hoop_rate,
         drive=drive,
         step_before=dt,
     )
-    lumen_pressure, centre, speed, force = numbers.tolist()
+    lumen_pressure, centre, speed, force, dry = numbers.tolist()
     moved = PelletState(centre, speed, force, dry) if model.pellet.present else PelletState(centre, 0.0, 0.0)
     return code, _Solved(after, moved, lumen_pressure, iterations, assemblies, 1)
 
 
-def _listen(model: Model, state: State, time: float) -> State:
-    """What trigger and mechanoreceptors make of the new state."""
-    grid = model.grid
-    trigger = state.trigger
+def _listen_to_muscle(
+    model: Model, trigger: TriggerState, sheet: SheetState, wall: WallState, time: float
+) -> TriggerState:
+    """What the trigger of the circular layer makes of the new longitudinal one."""
     if model.trigger.rule in ("active", "total"):
-        trigger = observe_tension(model.trigger, trigger, _sensed_tension(model, state), time)
-    elif model.trigger.rule == "delay":
-        trigger = observe_activation(model.trigger, trigger, state.longitudinal.last_activation * 1e-3, time)
-    reflex = state.reflex
-    if model.reflex.enabled and model.pellet.present and refractory(model.reflex, reflex, time):
-        reflex = forget(reflex, time)
-    elif model.reflex.enabled and model.pellet.present:
-        if grid.is_surface:
-            girth = surface_stretches(state.wall.position, model.wall).hoop.mean(axis=1)
-            girth *= model.wall.radius / model.free_radius
-        else:
-            girth = state.wall.position[:, 0, 0] / model.free_radius
-        touching = np.any(state.wall.contact > 0.0, axis=1)
-        reflex = observe_stretch(model.reflex, reflex, grid.nodes, girth, touching, time)
-    return replace(state, trigger=trigger, reflex=reflex)
+        return observe_tension(model.trigger, trigger, _sensed_tension(model, sheet, wall), time)
+    if model.trigger.rule == "delay":
+        return observe_activation(model.trigger, trigger, sheet.last_activation * 1e-3, time)
+    return trigger
 
 
-def _sensed_tension(model: Model, state: State) -> Floats:
+def _listen_to_stretch(model: Model, reflex: ReflexState, wall: WallState, time: float) -> ReflexState:
+    """What the mechanoreceptors make of the new wall."""
+    if not (model.reflex.enabled and model.pellet.present):
+        return reflex
+    if refractory(model.reflex, reflex, time):
+        return forget(reflex, time)
+    if model.grid.is_surface:
+        girth = surface_stretches(wall.position, model.wall).hoop.mean(axis=1)
+        girth *= model.wall.radius / model.free_radius
+    else:
+        if not stretches_receptors(wall.position, wall.contact, model.free_radius, model.reflex.threshold):
+            return forget(reflex, time)
+        girth = wall.position[:, 0, 0] / model.free_radius
+    touching = np.any(wall.contact > 0.0, axis=1)
+    return observe_stretch(model.reflex, reflex, model.grid.nodes, girth, touching, time)
+
+
+def _sensed_tension(model: Model, sheet: SheetState, wall: WallState) -> Floats:
     """Longitudinal tension that the trigger reads at the conduction cells [mN/cm], Eq. (25)."""
-    grid, sheet = model.grid, state.longitudinal
+    grid = model.grid
     total = model.trigger.rule == "total"
     if grid.is_surface:
         if total:
-            return grid.elements_at_cells(axial_tension_of_elements(state.wall, model.wall))
-        cells = grid.elements_at_cells(surface_stretches(state.wall.position, model.wall).axial)
+            return grid.elements_at_cells(axial_tension_of_elements(wall, model.wall))
+        cells = grid.elements_at_cells(surface_stretches(wall.position, model.wall).axial)
         muscle = model.wall.longitudinal
         force = np.maximum((muscle.c7 * cells + muscle.c8) * cells + muscle.c9, 0.0)
         return np.asarray(np.maximum(sheet.potential - model.longitudinal.threshold, 0.0) * force)
     cells = np.empty_like(sheet.potential)
     if total:
-        average(grid.elements_to_cells, axial_tension_of_elements(state.wall, model.wall), cells)
+        average(grid.elements_to_cells, axial_tension_of_elements(wall, model.wall), cells)
     else:
         active_force(
             *grid.elements_to_cells,
-            state.wall.position,
+            wall.position,
             model.wall.element_size,
             sheet.potential,
             model.longitudinal.threshold,

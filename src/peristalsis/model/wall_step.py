@@ -1,20 +1,131 @@
-"""Before and after the solver of an implicit step of the axisymmetric wall: its start, and what its answer means."""
+"""An implicit step of the axisymmetric wall in one compiled call: its start, the solver, what its answer means."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from ..numerics.compiled import compiled
 from ..pellet.contact import axial_force
-from ..pellet.friction import sliding_velocity
+from ..pellet.friction import FrictionLaw, dry_friction, share_out, sliding_velocity
 from ..wall.assembly import HISTORY_HOOP, HISTORY_R, HISTORY_STRETCH, HISTORY_Z, set_drives
 from ..wall.membrane import element_stretch
-from .constants import unpack_pellet, unpack_wall
-from .equilibrium import VELOCITY_R, WEIGHT
+from .arrays import NewWall, WallArrays
+from .constants import PELLET_DRY, unpack_pellet, unpack_wall
+from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, VELOCITY_R, WEIGHT, solve_packed
 from .predictor import fit_lengths
 
-PRESSURE, CENTRE, VELOCITY, FORCE = range(4)
-"""Entries of the numbers that a step starts from and ends with: mN/cm^2, cm, cm/s, mN."""
+PRESSURE, CENTRE, VELOCITY, FORCE, DRY = range(5)
+"""Entries of the numbers that a step starts from and ends with: mN/cm^2, cm, cm/s, mN, mN."""
+
+
+class Request(NamedTuple):
+    """What a step is to be: lengths [s] of it and of the one before, formula of the rates (32), friction, solver."""
+
+    dt: float
+    step_before: float
+    older: float
+    inverse: float
+    second_order: bool
+    inertia: bool
+    tolerance: float
+    gap_tolerance: float
+    max_newton: int
+    friction: FrictionLaw
+
+
+@compiled
+def step_wall(
+    before: WallArrays,
+    drive: np.ndarray,
+    numbers: np.ndarray,
+    request: Request,
+    wall_numbers: np.ndarray,
+    pellet_numbers: np.ndarray,
+    lumen_numbers: np.ndarray,
+    work: np.ndarray,
+    system: np.ndarray,
+    after: NewWall,
+) -> tuple[int, int, int]:
+    """One implicit step from `before` under the new drive into `after`: (code, iterations, assemblies).
+
+    numbers (5,): PRESSURE...FORCE before and after the step; DRY: dry friction in the step before, then in this one.
+    Constants by `constants.packed`; work, system: `equilibrium.workspace`. Unless the code is CONVERGED, numbers and
+    `after` must not be used.
+    """
+    r = request
+    n = before.position.shape[0]
+    pellet = unpack_pellet(pellet_numbers)
+    wall = unpack_wall(wall_numbers)
+    # Friction over the step, from the contact at its start, Eqs. (27), (50), (51).
+    weight = np.empty((n, 1))
+    pressing = share_out(before.contact, before.position, numbers[CENTRE], r.friction.coefficient > 0.0, weight)
+    stuck = sliding_velocity(numbers[FORCE], pellet.viscous, numbers[DRY])[0] == 0.0
+    area = 2.0 * np.pi * wall.radius * wall.element_size
+    dry = dry_friction(pellet.dry, r.friction, area * pressing, stuck)
+    own_numbers = pellet_numbers.copy()
+    own_numbers[PELLET_DRY] = dry
+
+    rho, zeta, density, known = np.empty(n), np.empty(n), np.empty(n), np.zeros((KNOWN, n))
+    second = r.second_order and r.step_before > 0.0
+    pellet_weight = 0.5 * r.dt if second else r.dt
+    pellet_history = numbers[CENTRE] + (0.5 * r.dt * numbers[VELOCITY] if second else 0.0)
+    centre = numbers[CENTRE] + r.dt * numbers[VELOCITY]
+    if not prepare_step(
+        before.position,
+        before.position_before,
+        before.velocity,
+        before.velocity_before,
+        before.contact,
+        before.stretch_rate,
+        before.hoop_rate,
+        before.drive,
+        drive,
+        r.step_before,
+        r.dt,
+        r.older,
+        r.inverse,
+        centre,
+        weight,
+        wall_numbers,
+        own_numbers,
+        rho,
+        zeta,
+        density,
+        known,
+    ):
+        return OUT_OF_RANGE, 0, 0
+    scalars = np.array([numbers[PRESSURE], centre, numbers[FORCE]])
+    settings = np.empty(7)
+    settings[0], settings[1] = r.inverse, 1.0 if r.inertia else 0.0
+    settings[2], settings[3] = pellet_history, pellet_weight
+    settings[4], settings[5], settings[6] = r.tolerance, r.gap_tolerance, r.max_newton
+    code, iterations, assemblies = solve_packed(
+        rho, zeta, density, scalars, known, wall_numbers, own_numbers, lumen_numbers, settings, work, system
+    )
+    if code != CONVERGED:
+        return code, iterations, assemblies
+    numbers[PRESSURE], numbers[CENTRE], numbers[DRY] = scalars[0], scalars[1], dry
+    finish_step(
+        rho,
+        zeta,
+        density,
+        known,
+        before.position,
+        r.inverse,
+        pellet_history,
+        pellet_weight,
+        wall_numbers,
+        own_numbers,
+        numbers,
+        after.position,
+        after.velocity,
+        after.contact,
+        after.stretch_rate,
+        after.hoop_rate,
+    )
+    return code, iterations, assemblies
 
 
 @compiled
@@ -106,7 +217,7 @@ def finish_step(
 ) -> None:
     """The new `WallState` and pellet from a solution.
 
-    position: before the step, for the angles. numbers (4,): pressure and centre by the solver; the centre and what
+    position: before the step, for the angles. numbers (5,): pressure and centre by the solver; the centre and what
     is left follow here, the velocity from the stored contact by the friction law, Eqs. (13), (34).
     """
     wall, pellet = unpack_wall(wall_numbers), unpack_pellet(pellet_numbers)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiled import compiled
+from .compiled import INDEX, compiled, inlined
 
 FARTHEST, LOWER, DIAGONAL, UPPER, LAST = 0, 4, 8, 12, 16
 """First rows of the blocks of the nodes two before, one before, itself, one behind, two behind."""
@@ -34,7 +34,9 @@ def solve_blocks_in_place(system: np.ndarray, first: int, n: int, columns: int) 
     a = system
     if first < 0:
         return False
-    for i in range(first, first + n):
+    first, n = first & INDEX, n & INDEX
+    for o in range(first, first + n):
+        i = o & INDEX
         determinant = a[8, i] * a[11, i] - a[9, i] * a[10, i]
         if not (SMALLEST_PIVOT < abs(determinant) < LARGEST_PIVOT):
             return False
@@ -97,15 +99,27 @@ def solve_blocks_in_place(system: np.ndarray, first: int, n: int, columns: int) 
             a[27, j] -= l10 * r + l11 * z
             a[26, k] -= m00 * r + m01 * z
             a[27, k] -= m10 * r + m11 * z
-    for c in range(columns):
-        low = RIGHT + 2 * c
-        r_1 = z_1 = r_2 = z_2 = 0.0
-        for i in range(first + n - 1, first - 1, -1):
-            r = a[low, i] - (a[12, i] * r_1 + a[13, i] * z_1) - (a[16, i] * r_2 + a[17, i] * z_2)
-            z = a[low + 1, i] - (a[14, i] * r_1 + a[15, i] * z_1) - (a[18, i] * r_2 + a[19, i] * z_2)
-            r_2, z_2 = r_1, z_1
-            r_1 = a[8, i] * r + a[9, i] * z
-            z_1 = a[10, i] * r + a[11, i] * z
-            a[low, i] = r_1
-            a[low + 1, i] = z_1
+    # Every column is a chain in which each node waits for the one behind: in one pass the chains overlap.
+    end = (first + n) & INDEX
+    for row in range(RIGHT, RIGHT + 2 * columns):
+        a[row, end] = 0.0
+        a[row, end + 1] = 0.0
+    for t in range(n):
+        i = (end - 1 - t) & INDEX
+        _substitute(a, i, RIGHT)
+        if columns > 1:
+            _substitute(a, i, RIGHT + 2)
+            _substitute(a, i, RIGHT + 4)
+        if columns > 3:
+            _substitute(a, i, RIGHT + 6)
     return True
+
+
+@inlined
+def _substitute(a: np.ndarray, i: int, row: int) -> None:
+    """Solution of node i in the rows `row` and `row` + 1 from those of the two nodes behind it."""
+    r_1, z_1, r_2, z_2 = a[row, i + 1], a[row + 1, i + 1], a[row, i + 2], a[row + 1, i + 2]
+    r = a[row, i] - (a[12, i] * r_1 + a[13, i] * z_1) - (a[16, i] * r_2 + a[17, i] * z_2)
+    z = a[row + 1, i] - (a[14, i] * r_1 + a[15, i] * z_1) - (a[18, i] * r_2 + a[19, i] * z_2)
+    a[row, i] = a[8, i] * r + a[9, i] * z
+    a[row + 1, i] = a[10, i] * r + a[11, i] * z

@@ -7,7 +7,6 @@ around: then the modes part. `scipy.fft` transforms; a compiled L D L^T of half 
 from __future__ import annotations
 
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
 
 from .compiled import compiled
@@ -146,6 +145,8 @@ class CylinderSolver:
         A mean of f over the whole surface has no solution; what there is of it is taken off, so callers check it.
         """
         n_theta = self.shape[1]
+        import scipy.fft  # here: runs of one column never need it, and it takes long to load
+
         spectrum = scipy.fft.rfft(right, axis=1)
         if with_mean:
             spectrum[:, 0] -= spectrum[:, 0].mean()

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
 
 from .compiled import compiled
 from .ring_blocks import RingOperator, bending_weight
@@ -466,6 +465,8 @@ class RingSolver:
 
         negligible: Euclidean norm that a group of modes may have in the right-hand side and be taken for zero.
         """
+        from scipy import fft  # here: runs of one column never need it, and it takes long to load
+
         m = field.shape[2]
         if not field.any():
             return np.zeros_like(field)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
+
+import numpy as np
 
 from ..numerics.compiled import compiled
 
@@ -43,3 +46,21 @@ def dry_friction(dry: float, law: FrictionLaw, pressing: float, stuck: bool) -> 
     """
     kinetic = dry + law.coefficient * pressing if law.coefficient > 0.0 else dry
     return kinetic * law.static_factor if stuck else kinetic
+
+
+@compiled
+def share_out(contact: np.ndarray, position: np.ndarray, centre: float, across: bool, weight: np.ndarray) -> float:
+    """Shares of the nodes in the pressing, and its sum: of the contact, or of its part across the axis."""
+    total = 0.0
+    for i in range(contact.shape[0]):
+        for j in range(contact.shape[1]):
+            pressing = contact[i, j]
+            if across and pressing != 0.0:
+                rho, axial = position[i, j, 0], position[i, j, 2] - centre
+                pressing *= rho / math.sqrt(rho * rho + axial * axial)
+            weight[i, j] = pressing
+            total += pressing
+    for i in range(contact.shape[0]):
+        for j in range(contact.shape[1]):
+            weight[i, j] = weight[i, j] / total if total > 0.0 else 0.0
+    return total
