@@ -20,8 +20,15 @@ SCENARIO = Scenario(
         "grid.n_z": 400,
         "grid.n_z_wall": 100,
         "grid.n_theta": 16,
-        "grid.n_theta_conduction": 128,
+        "grid.n_theta_conduction": 512,
         "output.interval": "20 ms",
+        "output.fields": [
+            "stretch_longitudinal",
+            "stretch_circumferential",
+            "tension_longitudinal",
+            "tension_circumferential",
+            "contact_pressure",
+        ],
         "run.duration": "4 s",
     },
 )
