@@ -16,11 +16,12 @@ from peristalsis.benchmark.ledger import FILE, Ledger
 from peristalsis.benchmark.myokit_cable import _difference, missing
 from peristalsis.benchmark.parts import SOLVER, STEP, clocked
 from peristalsis.benchmark.registry import chosen, sections
-from peristalsis.benchmark.runs import track_error
+from peristalsis.benchmark.runs import track_error, tracked
 from peristalsis.benchmark.section import Bench, Figure, Findings, Line, Plot, Section, Table
 from peristalsis.benchmark.sections.explicit import quoted
 from peristalsis.cli import main
-from peristalsis.errors import ConfigurationError, PeristalsisError, WriteError
+from peristalsis.errors import ConfigurationError, InterruptedRun, PeristalsisError, WriteError
+from peristalsis.simulation import Simulation
 
 FOUND = Findings(
     (
@@ -204,7 +205,6 @@ def test_kernel_is_counted() -> None:
 def test_parts_are_clocked_and_put_back() -> None:
     from peristalsis import scenarios, simulation
     from peristalsis.model import step
-    from peristalsis.simulation import Simulation
 
     names = {**SOLVER, **STEP}
     before = simulation.advance_safely, step._advance_layer
@@ -232,6 +232,18 @@ def test_track_error() -> None:
     other = {"until": 1.5, "places": (np.linspace(0.0, 1.5, 501) + 0.1).tolist()}
     assert track_error(one, other) == pytest.approx(0.1, rel=1e-9)
     assert track_error(one, one) == 0.0
+
+
+def test_interrupted_run_is_no_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run stops at Ctrl-C and returns what it has; the bench must stop as well, and keep nothing of it."""
+
+    def stopped_at_once(simulation: Simulation) -> object:
+        simulation.failure = InterruptedRun("interrupted at t = 0 s")
+        return simulation.result()
+
+    monkeypatch.setattr(Simulation, "run", stopped_at_once)
+    with pytest.raises(InterruptedRun, match="interrupted"):
+        tracked({"grid.n_z": 200, "grid.n_z_wall": 100})
 
 
 # --- Myokit -----------------------------------------------------------------------------------------
