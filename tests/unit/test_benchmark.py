@@ -16,11 +16,12 @@ from peristalsis.benchmark.ledger import FILE, Ledger
 from peristalsis.benchmark.myokit_cable import _difference, missing
 from peristalsis.benchmark.parts import SOLVER, STEP, clocked
 from peristalsis.benchmark.registry import chosen, sections
-from peristalsis.benchmark.runs import track_error
+from peristalsis.benchmark.runs import track_error, tracked
 from peristalsis.benchmark.section import Bench, Figure, Findings, Line, Plot, Section, Table
 from peristalsis.benchmark.sections.explicit import quoted
 from peristalsis.cli import main
-from peristalsis.errors import ConfigurationError, PeristalsisError, WriteError
+from peristalsis.errors import ConfigurationError, InterruptedRun, PeristalsisError, WriteError
+from peristalsis.simulation import Simulation
 
 FOUND = Findings(
     (
@@ -81,10 +82,17 @@ def test_medians() -> None:
 
 
 def test_process_is_measured() -> None:
-    ended = process.code("x = bytearray(150_000_000); x[::4096] = b'1' * len(x[::4096]); print('done')")
-    assert ended.output.strip() == "done"
-    assert 150e6 < ended.peak_bytes < 400e6, "in bytes, whatever the system counts in"
+    ended = process.code("print(sum(range(1000)))")
+    assert ended.output.strip() == "499500"
     assert 0.0 < ended.spent.cpu < 60.0
+
+
+def test_peak_is_that_of_the_process_alone() -> None:
+    """In bytes, and not what this process held when it started the other."""
+    mine = np.ones(100_000_000)  # 800 MB
+    peak = process.peak_bytes("x = bytearray(150_000_000); x[::4096] = b'1' * len(x[::4096])")
+    assert mine.nbytes > 7e8
+    assert 150e6 < peak < 400e6
 
 
 def test_failing_process_says_why() -> None:
@@ -204,7 +212,6 @@ def test_kernel_is_counted() -> None:
 def test_parts_are_clocked_and_put_back() -> None:
     from peristalsis import scenarios, simulation
     from peristalsis.model import step
-    from peristalsis.simulation import Simulation
 
     names = {**SOLVER, **STEP}
     before = simulation.advance_safely, step._advance_layer
@@ -232,6 +239,18 @@ def test_track_error() -> None:
     other = {"until": 1.5, "places": (np.linspace(0.0, 1.5, 501) + 0.1).tolist()}
     assert track_error(one, other) == pytest.approx(0.1, rel=1e-9)
     assert track_error(one, one) == 0.0
+
+
+def test_interrupted_run_is_no_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run stops at Ctrl-C and returns what it has; the bench must stop as well, and keep nothing of it."""
+
+    def stopped_at_once(simulation: Simulation) -> object:
+        simulation.failure = InterruptedRun("interrupted at t = 0 s")
+        return simulation.result()
+
+    monkeypatch.setattr(Simulation, "run", stopped_at_once)
+    with pytest.raises(InterruptedRun, match="interrupted"):
+        tracked({"grid.n_z": 200, "grid.n_z_wall": 100})
 
 
 # --- Myokit -----------------------------------------------------------------------------------------

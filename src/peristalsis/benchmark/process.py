@@ -13,17 +13,27 @@ from pathlib import Path
 from ..errors import PeristalsisError
 from .clock import Spent
 
-KIB = 1024
-PEAK_UNIT = 1 if sys.platform == "darwin" else KIB
-"""What `ru_maxrss` counts in: bytes on macOS, KiB elsewhere."""
+PEAK = """
+def peak():
+    import resource, sys
+    try:
+        for line in open("/proc/self/status"):
+            if line.startswith("VmHWM:"):
+                return 1024 * int(line.split()[1])
+    except OSError:
+        pass
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+print(peak())
+"""
+"""The most memory that a process held, told by itself. Where there is /proc, from there: Linux counts for `getrusage`
+what the parent held when it started the process."""
 
 
 @dataclass(frozen=True)
 class Ended:
-    """A process that ended well: what it took with all it had waited for, its largest resident memory, its output."""
+    """A process that ended well: what it took with all it had waited for, and its output."""
 
     spent: Spent
-    peak_bytes: int
     output: str
 
 
@@ -56,9 +66,14 @@ def measured(words: Sequence[str], more: Mapping[str, str] | None = None, cwd: P
         out.seek(0)
         output = out.read().decode(errors="replace")
     spent = Spent(wall, usage.ru_utime + usage.ru_stime)
-    return Ended(spent, usage.ru_maxrss * PEAK_UNIT, output)
+    return Ended(spent, output)
 
 
 def code(text: str, more: Mapping[str, str] | None = None) -> Ended:
     """Run a piece of Python text in a fresh process."""
     return measured(["-c", text], more)
+
+
+def peak_bytes(text: str) -> int:
+    """The largest resident memory of a fresh process that runs a piece of Python text."""
+    return int(code(f"{text}\n{PEAK}").output.split()[-1])

@@ -86,10 +86,15 @@ def finest(bench: Bench) -> Mapping[str, Any]:
 
 
 def tracked(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """A whole baseline: transit [s], the pellet's track [cm] at SAMPLES times [s], what the solver took [s]."""
+    """A whole baseline: transit [s], the pellet's track [cm] at SAMPLES times [s], what the solver took [s].
+
+    Raises InterruptedRun or DivergenceError where the run broke off.
+    """
     simulation = Simulation(scenarios.configuration("baseline", changes=changes))
     with clocked(SOLVER) as spent:
         result = simulation.run()
+    if simulation.failure is not None:  # half a run must not be kept as a measurement
+        raise simulation.failure
     transit = result.summary["transit_s"]
     time, place = (np.asarray(result.arrays[name], dtype=float) for name in ("time_step", "pellet_position"))
     until = float(time[-1]) if transit is None else float(transit)

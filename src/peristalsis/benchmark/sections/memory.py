@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from ..process import code
+from ..process import peak_bytes
 from ..runs import FINE
 from ..section import Bench, Figure, Findings, Section, Table
 
@@ -30,7 +30,7 @@ CASES = {
 
 def run(bench: Bench) -> Findings:
     """One process a case."""
-    peak = {name: bench.piece(f"memory, {name}", partial(_peak, text)) for name, text in CASES.items()}
+    peak = {name: bench.piece(f"memory, {name}", partial(peak_bytes, text)) for name, text in CASES.items()}
     floor = peak["package and kernels, no run"]
     figures = tuple(
         Figure(f"{name}, most resident", peak[name] / 1e6, "MB")
@@ -39,10 +39,6 @@ def run(bench: Bench) -> Findings:
     rows = tuple((name, value / 1e6, (value - floor) / 1e6) for name, value in peak.items())
     caption = "Largest resident memory of a fresh process that runs it and keeps its result."
     return Findings(figures, (Table(caption, ("process", "MB", "beyond package and kernels (MB)"), rows),))
-
-
-def _peak(text: str) -> int:
-    return code(text).peak_bytes
 
 
 SECTION = Section(
