@@ -14,7 +14,8 @@ SOLVER = {"solver": ("simulation", "advance_safely")}
 STEP = {
     "conduction": ("model.step", "_advance_layer"),
     "wall": ("model.step", "_solve_wall"),
-    "muscle and nerves": ("model.step", "_listen"),
+    "trigger": ("model.step", "_listen_to_muscle"),
+    "receptors": ("model.step", "_listen_to_stretch"),
 }
 """Part to (module of the package, function in it). Functions of a mapping call none but themselves of it."""
 

@@ -22,7 +22,7 @@ CONDUCTANCES = ("fast_calcium", "slow_calcium", "potassium", "calcium_potassium"
 FAST, SLOW, POTASSIUM, CALCIUM_POTASSIUM, LEAK = range(5)
 H, N, X, C = range(4)
 
-TABLE_LOW, TABLE_HIGH, TABLE_STEP = -200.0, 150.0, 0.05
+TABLE_LOW, TABLE_HIGH, TABLE_STEP = -200.0, 150.0, 0.00625
 """Range and spacing of the tables [mV]; linear between the entries."""
 PER_STEP = 1.0 / TABLE_STEP
 
