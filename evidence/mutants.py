@@ -83,7 +83,14 @@ GROUPS: dict[str, tuple[str, ...]] = {
 }
 
 COUNTS = ("tests/unit/test_cost.py",)
-SLOWER = {"model/equilibrium.py": COUNTS, "wall/assembly.py": COUNTS, "numerics/block_band.py": COUNTS}
+DETAILS = ("tests/unit/test_surface_details.py",)
+SLOWER = {
+    "wall/surface.py": DETAILS,
+    "pellet/surface_contact.py": DETAILS,
+    "model/equilibrium.py": COUNTS,
+    "wall/assembly.py": COUNTS,
+    "numerics/block_band.py": COUNTS,
+}
 """Tests of how many iterations a step takes, asked last: a wrong tangent finds the same answer, later."""
 
 SWAPPED = {"hoop": "stretch", "stretch": "hoop", "rate_l": "0.0", "longitudinal": "circumferential"}
