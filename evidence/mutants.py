@@ -33,7 +33,7 @@ from common import FOLDER, save_text, table
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "out" / "mutants.jsonl"
 SEED = 20260101
-LIMIT = 420.0
+LIMIT = 180.0
 """A mutant whose tests take longer than this on the processor [s] hangs, and counts as noticed."""
 
 UNIT, VERIFICATION = "tests/unit/test_{}.py", "tests/verification/test_{}.py"
