@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -13,13 +13,16 @@ from scipy.optimize import brentq
 
 from ..errors import DivergenceError
 from ..geometry.tube import lumen_volume
+from ..model.explicit_limits import limits
+from ..model.model import Model
+from ..model.state import State
 from ..model.step import advance
 from ..parameters import shipped
 from ..wall.membrane import WallConstants
 from ..wall.passive import PassiveConstants, passive_tension
 from .exact.runs import EXACT, IDLE, March, march, moved, started
 from .exact.wall import InflatedTube, assembled, relax, settle, wall_constants
-from .problem import Check, Outcome, Problem, error, judged, not_applicable, order
+from .problem import Check, Outcome, Problem, equal, error, judged, order
 
 Floats = NDArray[np.float64]
 
@@ -332,11 +335,31 @@ def vertex(three: Floats) -> float:
 
 
 def explicit_wall() -> Outcome:
-    """There is no explicit step of the wall."""
-    return not_applicable(
-        "dt ≤ (2/ω_max)(√(1 + ξ²) − ξ)",
-        "The wall is stepped implicitly (Eq. (32)) at any dt; no explicit integrator of it is in the package.",
-    )
+    """The explicit scheme's limit by its dashpots, and steps on either side of the limit of all parts, Eq. (57)."""
+    checks = []
+    for density in ("26.14 mg/cm^2", "26.14 g/cm^2"):
+        changes = {"grid.n_z_wall": 100, "lumen.pressure": "0 kPa", "wall.surface_density": density}
+        model, state = started(IDLE, changes, {"solver.integrator": "explicit", "pellet.enabled": False})
+        wall, found = model.wall, limits(model, state)
+        dashpot = wall.surface_density * wall.element_size**2 / (2.0 * wall.viscosity)
+        checks += [
+            error(f"dashpot limit, relative, {density}", found.dashpot / dashpot - 1.0, 0.005),
+            equal(f"refused at 0.9, {density}", _refused(model, state, 0.9 * found.least), 0.0),
+            equal(f"refused at 1.1, {density}", _refused(model, state, 1.1 * found.least), 1.0),
+        ]
+    return judged("dt ≤ (2/ω_max)(√(1 + ξ²) − ξ) → γ0h²/(2k) where the dashpots rule", checks)
+
+
+def _refused(model: Model, state: State, dt: float) -> float:
+    """1 where a wall step of 100 explicit steps of dt [s] is refused, else 0."""
+    if model.explicit is None:
+        raise ValueError("the model has no explicit scheme")
+    scheme = model.explicit._replace(micro=100)
+    try:
+        advance(replace(model, dt_wall=100.0 * dt, substeps=1, explicit=scheme), state)
+    except DivergenceError:
+        return 1.0
+    return 0.0
 
 
 @cache
