@@ -194,6 +194,16 @@ def key(mutant: Mutant) -> str:
     return hashlib.sha256(b"\0".join(parts)).hexdigest()
 
 
+def known_only(mutant: Mutant) -> tuple[str, str, float]:
+    """The kept verdict, or that there is none."""
+    digest, found = key(mutant), ("not tried", "", 0.0)
+    for line in KEPT.read_text(encoding="utf-8").splitlines() if KEPT.exists() else []:
+        known = json.loads(line)
+        if known["key"] == digest and found[0] != "killed":
+            found = known["verdict"], known["by"], known["seconds"]
+    return found
+
+
 def judged_or_kept(mutant: Mutant) -> tuple[str, str, float]:
     """A kept verdict, or a new one, which is kept."""
     digest = key(mutant)
@@ -276,6 +286,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--only", nargs="*", default=[], metavar="FILE")
     parser.add_argument("--afresh", action="store_true")
+    parser.add_argument("--known", action="store_true", help="try none, write the page from what is kept")
     asked = parser.parse_args()
     if asked.afresh:
         KEPT.unlink(missing_ok=True)
@@ -298,7 +309,7 @@ def main() -> None:
     kinds = sorted({row[2] for row in rows})
     counts = []
     for name in [*GROUPS, "all"]:
-        mine = [row for row in rows if name in ("all", row[0])]
+        mine = [row for row in rows if name in ("all", row[0]) and row[5] != "not tried"]
         if mine:
             killed = sum(row[5] == "killed" for row in mine)
             equivalent = sum(row[5] == "equivalent" for row in mine)
@@ -308,6 +319,9 @@ def main() -> None:
     text = "# Mutants\n\nMade by `python evidence/mutants.py`; every mutant is listed in mutants.csv.\n\n"
     text += table(("file", "mutants", "killed", "equivalent", "survived", "killed of the rest", *kinds), counts)
     text += f"\nKernel files that no mutant was made of: {', '.join(spared()) or 'none'}.\n"
+    untried = sum(row[5] == "not tried" for row in rows)
+    if untried:
+        text += f"\nDrawn and not tried yet: {untried}.\n"
     left = [row for row in rows if row[5] == "survived"]
     if left:
         text += "\n## Survivors\n\n" + table(head[:5], [row[:5] for row in left])
