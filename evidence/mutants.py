@@ -84,7 +84,11 @@ GROUPS: dict[str, tuple[str, ...]] = {
 
 COUNTS = ("tests/unit/test_cost.py",)
 DETAILS = ("tests/unit/test_surface_details.py",)
+PROBLEMS = ("tests/verification/test_problems.py",)
 SLOWER = {
+    "numerics/stabilised.py": PROBLEMS,
+    "tissue/sheet.py": (*COUNTS, *PROBLEMS),
+    "control/sequence.py": ("tests/unit/test_step.py", *PROBLEMS),
     "wall/surface.py": DETAILS,
     "pellet/surface_contact.py": DETAILS,
     "model/equilibrium.py": COUNTS,
