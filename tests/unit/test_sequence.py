@@ -9,6 +9,7 @@ import pytest
 from peristalsis.control.sequence import (
     Trigger,
     TriggerState,
+    add_trigger_current,
     observe_activation,
     observe_tension,
     quiet,
@@ -92,3 +93,13 @@ def test_delay_rule_keeps_a_pulse_that_is_still_to_come() -> None:
         state = observe_activation(trigger, state, np.array([[0.0 if k * dt < 1.0 else 1.0]]), k * dt)
         charge += float(trigger_current(trigger, state, k * dt, (k + 1) * dt)[0, 0]) * dt
     assert charge == pytest.approx(2 * 1.5 * 0.05, rel=1e-9)
+
+
+@pytest.mark.parametrize("response", [0.5, np.full((3, 1), 0.5)], ids=["everywhere", "by cell"])
+def test_response_of_the_cells_scales_what_is_added(response: float | np.ndarray) -> None:
+    """To what is there already, for a factor as for a field of factors (regions)."""
+    state = quiet((3, 1))
+    state.start[1, 0] = 0.01
+    current = np.full((3, 1), 0.25)
+    add_trigger_current(TRIGGER, state, 0.02, 0.03, current, response)
+    assert current.ravel() == pytest.approx([0.25, 0.25 + 0.5 * TRIGGER.intensity, 0.25])
