@@ -13,7 +13,7 @@ from ..geometry.tube import lumen_volume
 from ..numerics.compiled import INDEX, compiled
 from ..numerics.reductions import total
 from ..pellet.contact import smallest_gap
-from ..wall.membrane import WallConstants, tension_parts
+from ..wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL, WallConstants, tension_parts
 from .arrays import WallArrays
 from .constants import unpack_wall
 
@@ -59,8 +59,8 @@ def _total_tensions(rows: np.ndarray, corner: int, wall: WallConstants, totals: 
         parts = tension_parts(
             stretch[e], hoop[e], stretch_rate[e], hoop_rate[e], longitudinal[e], circular[e], wall
         )  # fmt: skip
-        axial[e] = parts[3]
-        circumferential[e] = parts[7]
+        axial[e] = parts[TOTAL_LONGITUDINAL]
+        circumferential[e] = parts[TOTAL_CIRCULAR]
 
 
 @compiled
@@ -174,8 +174,8 @@ def _corner_work(
         active[e] = q
         viscous[e] = r
         floor[e] = t - (p + q + r)
-        axial[e] = b[3]
-        circumferential[e] = b[7]
+        axial[e] = b[TOTAL_LONGITUDINAL]
+        circumferential[e] = b[TOTAL_CIRCULAR]
 
 
 @compiled

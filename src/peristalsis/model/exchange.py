@@ -6,7 +6,17 @@ import math
 
 import numpy as np
 
-from ..numerics.compiled import compiled
+from ..numerics.compiled import compiled, inlined
+from ..numerics.transfer import Overlap, average
+from ..wall.active import ActiveConstants, active_tension
+
+
+@inlined
+def _stretch(position: np.ndarray, e: int, j: int, element_size: float) -> float:
+    """Longitudinal stretch of an element of a column."""
+    dr = position[e + 1, j, 0] - position[e, j, 0]
+    dz = position[e + 1, j, 2] - position[e, j, 2]
+    return math.sqrt(dr * dr + dz * dz) / element_size
 
 
 @compiled
@@ -20,12 +30,8 @@ def stretch_ahead(
     least = math.inf
     for j in range(position.shape[1]):
         for e in range(out.shape[0]):
-            dr = position[e + 1, j, 0] - position[e, j, 0]
-            dz = position[e + 1, j, 2] - position[e, j, 2]
-            now = math.sqrt(dr * dr + dz * dz) / element_size
-            dr = position_before[e + 1, j, 0] - position_before[e, j, 0]
-            dz = position_before[e + 1, j, 2] - position_before[e, j, 2]
-            before = math.sqrt(dr * dr + dz * dz) / element_size
+            now = _stretch(position, e, j, element_size)
+            before = _stretch(position_before, e, j, element_size)
             out[e, j] = max(now + ahead * (now - before), 0.5 * now)
             least = min(least, out[e, j])
     return least
@@ -45,12 +51,10 @@ def conduction_coefficient(
     start: np.ndarray, indices: np.ndarray, weights: np.ndarray, scale: float, stretch: np.ndarray, out: np.ndarray
 ) -> None:
     """`scale` over the stretch at the faces of the cells, (n_z - 1, n_theta); weights as in `numerics.transfer`."""
+    average(Overlap(start, indices, weights), stretch, out)
     for t in range(out.shape[0]):
         for j in range(out.shape[1]):
-            total = 0.0
-            for k in range(start[t], start[t + 1]):
-                total += weights[k] * stretch[indices[k], j]
-            out[t, j] = scale / total
+            out[t, j] = scale / out[t, j]
 
 
 @compiled
@@ -72,12 +76,7 @@ def drive_of_layer(
     for cell in range(potential.shape[0]):
         for j in range(n_theta):
             source[cell, j] = factor[cell * n_theta + j] * max(potential[cell, j] - threshold, 0.0)
-    for t in range(out.shape[0]):
-        for j in range(n_theta):
-            total = 0.0
-            for k in range(start[t], start[t + 1]):
-                total += weights[k] * source[indices[k], j]
-            out[t, j] = total
+    average(Overlap(start, indices, weights), source, out)
 
 
 @compiled
@@ -96,16 +95,21 @@ def active_force(
 
     muscle: c7, c8, c9 of Eq. (5). This is what the trigger rule `active` reads, before any factor on the force.
     """
-    elements = position.shape[0] - 1
-    stretch = np.empty(elements)
-    for j in range(out.shape[1]):
-        for e in range(elements):
-            dr = position[e + 1, j, 0] - position[e, j, 0]
-            dz = position[e + 1, j, 2] - position[e, j, 2]
-            stretch[e] = math.sqrt(dr * dr + dz * dz) / element_size
-        for t in range(out.shape[0]):
-            total = 0.0
-            for k in range(start[t], start[t + 1]):
-                total += weights[k] * stretch[indices[k]]
-            force = max((muscle[0] * total + muscle[1]) * total + muscle[2], 0.0)
+    stretch = np.empty((position.shape[0] - 1, position.shape[1]))
+    for e in range(stretch.shape[0]):
+        for j in range(stretch.shape[1]):
+            stretch[e, j] = _stretch(position, e, j, element_size)
+    average(Overlap(start, indices, weights), stretch, out)
+    active_force_at(out, potential, threshold, muscle, out)
+
+
+@compiled
+def active_force_at(
+    stretch: np.ndarray, potential: np.ndarray, threshold: float, muscle: np.ndarray, out: np.ndarray
+) -> None:
+    """`active_force` where the stretch at the cells is known; `out` may be `stretch` itself."""
+    constants = ActiveConstants(muscle[0], muscle[1], muscle[2])
+    for t in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            force, _ = active_tension(stretch[t, j], constants)
             out[t, j] = max(potential[t, j] - threshold, 0.0) * force

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..pellet.friction import CONSTANT, dry_friction, share_out, sliding_velocity
+from ..pellet.friction import CONSTANT, friction_of_step, sliding_velocity
 from .model import Model
 from .state import PelletState, WallState
 
@@ -18,10 +18,20 @@ def friction_ahead(model: Model, wall: WallState, pellet: PelletState) -> tuple[
     The shares, (n_z_wall + 1, n_theta), sum to one, or vanish without contact.
     """
     weight = np.empty_like(wall.contact)
-    total = share_out(wall.contact, wall.position, pellet.position, model.friction.coefficient > 0.0, weight)
     area = 2.0 * np.pi * model.wall.radius * model.wall.element_size / model.grid.n_theta
-    stuck = sliding_speed(model, pellet) == 0.0
-    return dry_friction(model.pellet.dry, model.friction, area * total, stuck), weight
+    dry = friction_of_step(
+        wall.contact,
+        wall.position,
+        pellet.position,
+        pellet.axial_force,
+        model.pellet.viscous,
+        dry_friction_now(model, pellet),
+        model.pellet.dry,
+        model.friction,
+        area,
+        weight,
+    )
+    return dry, weight
 
 
 def dry_friction_now(model: Model, pellet: PelletState) -> float:

@@ -22,7 +22,14 @@ from ..tissue.surface_sheet import advance_surface_sheet
 from .arrays import NewWall
 from .constants import packed
 from .equilibrium import CONVERGED, REASONS, workspace
-from .exchange import active_force, conduction_coefficient, drive_of_layer, stretch_ahead, stretches_receptors
+from .exchange import (
+    active_force,
+    active_force_at,
+    conduction_coefficient,
+    drive_of_layer,
+    stretch_ahead,
+    stretches_receptors,
+)
 from .explicit_step import march_explicitly
 from .fields import axial_tension_of_elements
 from .friction import dry_friction_now
@@ -54,7 +61,6 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
     """The state one wall step later, and what it took. Raises DivergenceError naming field, place and time."""
     start = state.step * model.dt_wall
     stop = (state.step + 1) * model.dt_wall
-    stretch = _stretches_ahead(model, state.wall)
     stimuli = _stimuli(model, state, start, stop)
     if model.explicit is not None:
         pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)
@@ -62,12 +68,13 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
         trigger = _listen_to_muscle(model, state.trigger, marched.longitudinal, marched.wall, stop)
         reflex = _listen_to_stretch(model, state.reflex, marched.wall, stop)
         return replace(marched, pacemaker=pacemaker, trigger=trigger, reflex=reflex), StepReport(0, micro_steps, 1)
+    stretch = _stretches_ahead(model, state.wall)
     longitudinal = _advance_layer(model, "longitudinal", state.longitudinal, stretch, stimuli.longitudinal, start)
     circular = _advance_layer(model, "circular", state.circular, stretch, stimuli.circular, start)
     pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)
     drive = np.empty_like(state.wall.drive)
-    _drive_into(model, model.longitudinal, longitudinal, drive[0])
-    _drive_into(model, model.circular, circular, drive[1])
+    drive[0] = muscle_drive(model, model.longitudinal, longitudinal)
+    drive[1] = muscle_drive(model, model.circular, circular)
     solved = _solve_wall(
         model, state.wall, state.pellet, state.pressure, drive, model.dt_wall, model.max_halvings, stop
     )
@@ -89,18 +96,12 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
     """Force factor times phi+ [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
-    out = np.empty((2 * model.grid.n_z_wall, model.grid.n_theta))
-    _drive_into(model, layer, sheet, out)
-    return out
-
-
-def _drive_into(model: Model, layer: Layer, sheet: SheetState, out: Floats) -> None:
     if model.grid.is_surface:
         source = layer.force_factor * np.maximum(sheet.potential - layer.threshold, 0.0)
-        out[:] = model.grid.half_elements_of_cells(source)
-    else:
-        weights = model.grid.cells_to_half_elements
-        drive_of_layer(*weights, sheet.potential, layer.threshold, layer.force_of_cells, out)
+        return model.grid.half_elements_of_cells(source)
+    out = np.empty((2 * model.grid.n_z_wall, model.grid.n_theta))
+    drive_of_layer(*model.grid.cells_to_half_elements, sheet.potential, layer.threshold, layer.force_of_cells, out)
+    return out
 
 
 class _Ahead(NamedTuple):
@@ -423,25 +424,19 @@ def _listen_to_stretch(model: Model, reflex: ReflexState, wall: WallState, time:
 def _sensed_tension(model: Model, sheet: SheetState, wall: WallState) -> Floats:
     """Longitudinal tension that the trigger reads at the conduction cells [mN/cm], Eq. (25)."""
     grid = model.grid
-    total = model.trigger.rule == "total"
-    if grid.is_surface:
-        if total:
-            return grid.elements_at_cells(axial_tension_of_elements(wall, model.wall))
-        cells = grid.elements_at_cells(surface_stretches(wall.position, model.wall).axial)
-        muscle = model.wall.longitudinal
-        force = np.maximum((muscle.c7 * cells + muscle.c8) * cells + muscle.c9, 0.0)
-        return np.asarray(np.maximum(sheet.potential - model.longitudinal.threshold, 0.0) * force)
+    if model.trigger.rule == "total":
+        tension = axial_tension_of_elements(wall, model.wall)
+        if grid.is_surface:
+            return grid.elements_at_cells(tension)
+        cells = np.empty_like(sheet.potential)
+        average(grid.elements_to_cells, tension, cells)
+        return cells
     cells = np.empty_like(sheet.potential)
-    if total:
-        average(grid.elements_to_cells, axial_tension_of_elements(wall, model.wall), cells)
+    threshold, muscle = model.longitudinal.threshold, np.array(model.wall.longitudinal)
+    if grid.is_surface:
+        stretch = grid.elements_at_cells(surface_stretches(wall.position, model.wall).axial)
+        active_force_at(stretch, sheet.potential, threshold, muscle, cells)
     else:
-        active_force(
-            *grid.elements_to_cells,
-            wall.position,
-            model.wall.element_size,
-            sheet.potential,
-            model.longitudinal.threshold,
-            np.array(model.wall.longitudinal),
-            cells,
-        )
+        size = model.wall.element_size
+        active_force(*grid.elements_to_cells, wall.position, size, sheet.potential, threshold, muscle, cells)
     return cells

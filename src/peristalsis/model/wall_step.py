@@ -8,7 +8,7 @@ import numpy as np
 
 from ..numerics.compiled import compiled
 from ..pellet.contact import axial_force
-from ..pellet.friction import FrictionLaw, dry_friction, share_out, sliding_velocity
+from ..pellet.friction import FrictionLaw, friction_of_step, sliding_velocity
 from ..wall.assembly import HISTORY_HOOP, HISTORY_R, HISTORY_STRETCH, HISTORY_Z, set_drives
 from ..wall.membrane import element_stretch
 from .arrays import NewWall, WallArrays
@@ -60,10 +60,18 @@ def step_wall(
     wall = unpack_wall(wall_numbers)
     # Friction over the step, from the contact at its start, Eqs. (27), (50), (51).
     weight = np.empty((n, 1))
-    pressing = share_out(before.contact, before.position, numbers[CENTRE], r.friction.coefficient > 0.0, weight)
-    stuck = sliding_velocity(numbers[FORCE], pellet.viscous, numbers[DRY])[0] == 0.0
-    area = 2.0 * np.pi * wall.radius * wall.element_size
-    dry = dry_friction(pellet.dry, r.friction, area * pressing, stuck)
+    dry = friction_of_step(
+        before.contact,
+        before.position,
+        numbers[CENTRE],
+        numbers[FORCE],
+        pellet.viscous,
+        numbers[DRY],
+        pellet.dry,
+        r.friction,
+        2.0 * np.pi * wall.radius * wall.element_size,
+        weight,
+    )
     own_numbers = pellet_numbers.copy()
     own_numbers[PELLET_DRY] = dry
 

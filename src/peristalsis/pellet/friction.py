@@ -64,3 +64,26 @@ def share_out(contact: np.ndarray, position: np.ndarray, centre: float, across: 
         for j in range(contact.shape[1]):
             weight[i, j] = weight[i, j] / total if total > 0.0 else 0.0
     return total
+
+
+@compiled
+def friction_of_step(
+    contact: np.ndarray,
+    position: np.ndarray,
+    centre: float,
+    force: float,
+    viscous: float,
+    dry_before: float,
+    dry: float,
+    law: FrictionLaw,
+    area: float,
+    weight: np.ndarray,
+) -> float:
+    """Dry friction [mN] that holds over a step, from the contact at its start, and the shares of the nodes in it.
+
+    contact [mN/cm^2] (n, m) on nodes of `area` [cm^2] at position (n, m, 3). force and dry_before [mN] tell whether the
+    pellet is stuck as the step begins. weight: receives the shares, (n, m), as `share_out` writes them.
+    """
+    pressing = area * share_out(contact, position, centre, law.coefficient > 0.0, weight)
+    stuck = sliding_velocity(force, viscous, dry_before)[0] == 0.0
+    return dry_friction(dry, law, pressing, stuck)
