@@ -13,6 +13,7 @@ import argparse
 import ast
 import atexit
 import csv
+import functools
 import hashlib
 import json
 import multiprocessing
@@ -198,9 +199,9 @@ def key(mutant: Mutant) -> str:
     return hashlib.sha256(b"\0".join(parts)).hexdigest()
 
 
-def known_only(mutant: Mutant) -> tuple[str, str, float]:
-    """The kept verdict, or that there is none."""
-    digest, found = key(mutant), ("not tried", "", 0.0)
+def kept(digest: str) -> tuple[str, str, float]:
+    """The kept verdict, or that there is none; one that was killed once is killed."""
+    found = ("not tried", "", 0.0)
     for line in KEPT.read_text(encoding="utf-8").splitlines() if KEPT.exists() else []:
         known = json.loads(line)
         if known["key"] == digest and found[0] != "killed":
@@ -208,14 +209,12 @@ def known_only(mutant: Mutant) -> tuple[str, str, float]:
     return found
 
 
-def judged_or_kept(mutant: Mutant) -> tuple[str, str, float]:
-    """A kept verdict, or a new one, which is kept."""
+def verdict_on(mutant: Mutant, only_kept: bool) -> tuple[str, str, float]:
+    """The kept verdict if it is killed, or if only those are asked for; else a new one, which is kept."""
     digest = key(mutant)
-    if KEPT.exists():
-        for line in KEPT.read_text(encoding="utf-8").splitlines():
-            known = json.loads(line)
-            if known["key"] == digest and known["verdict"] == "killed":
-                return known["verdict"], known["by"], known["seconds"]
+    found = kept(digest)
+    if only_kept or found[0] == "killed":
+        return found
     verdict, by, seconds = judged(mutant)
     KEPT.parent.mkdir(exist_ok=True)
     with KEPT.open("a", encoding="utf-8") as stream:
@@ -298,10 +297,8 @@ def main() -> None:
     excused = json.loads((ROOT / "evidence" / "equivalent_mutants.json").read_text(encoding="utf-8"))
     rows = []
     with multiprocessing.get_context("spawn").Pool(asked.workers) as pool:
-        for number, (mutant, found) in enumerate(
-            zip(mutants, pool.imap(judged_or_kept, mutants), strict=True), start=1
-        ):
-            verdict, by, seconds = found
+        verdicts = pool.imap(functools.partial(verdict_on, only_kept=asked.known), mutants)
+        for number, (mutant, (verdict, by, seconds)) in enumerate(zip(mutants, verdicts, strict=True), start=1):
             reason = excused.get(f"{mutant.file}: {mutant.before} -> {mutant.after}", "")
             if verdict == "survived" and reason:
                 verdict = "equivalent"

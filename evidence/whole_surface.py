@@ -6,13 +6,11 @@ its memory is its own. About twenty minutes on one core; times are of the proces
 
 from __future__ import annotations
 
-import functools
 import json
 import resource
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -21,7 +19,7 @@ from common import save_text, table
 
 import peristalsis as ps
 from peristalsis import scenarios
-from peristalsis.model import step
+from peristalsis.benchmark.parts import clocked
 from peristalsis.preflight import remarks
 
 Case = dict[str, Any]
@@ -31,24 +29,7 @@ NOISE = 1e-7
 """Put on every place of the wall at t = 0 [cm]."""
 
 
-class Timed:
-    """Processor time spent inside of some functions of the step [s]."""
-
-    def __init__(self, names: dict[str, str]) -> None:
-        self.seconds = dict.fromkeys(names.values(), 0.0)
-        for name, part in names.items():
-            setattr(step, name, self._wrapped(getattr(step, name), part))
-
-    def _wrapped(self, function: Callable[..., Any], part: str) -> Callable[..., Any]:
-        @functools.wraps(function)
-        def call(*words: Any, **more: Any) -> Any:
-            begin = time.process_time()
-            try:
-                return function(*words, **more)
-            finally:
-                self.seconds[part] += time.process_time() - begin
-
-        return call
+PARTS = {"sheets": ("model.step", "_advance_layer"), "wall": ("model.step", "_solve_wall")}
 
 
 def measured(case: Case) -> dict[str, Any]:
@@ -61,14 +42,15 @@ def measured(case: Case) -> dict[str, Any]:
         places = run.state.wall.position.copy()
         places[1:-1] += NOISE * draw.standard_normal(places[1:-1].shape)
         run.state = replace(run.state, wall=replace(run.state.wall, position=places))
-    timed = Timed({"_advance_layer": "sheets", "_try_wall": "wall"})
     first = run.time
     begin = time.process_time()
-    result = run.run() if case["seconds"] is None else None
-    if case["seconds"] is not None:
-        run.advance(f"{case['seconds']} s")
-        result = run.result()
+    with clocked(PARTS) as spent:
+        if case["seconds"] is None:
+            run.run()
+        else:
+            run.advance(f"{case['seconds']} s")
     total = time.process_time() - begin
+    result = run.result()
     gut = run.time - first
     radius = result.arrays["stretch_circumferential"]
     steps = round(gut / run.model.dt_wall)
@@ -79,9 +61,9 @@ def measured(case: Case) -> dict[str, Any]:
         "uneven_end": float(np.ptp(radius[-1], axis=1).max()) if radius.shape[2] > 1 else 0.0,
         "newton": float(result.arrays["newton_iterations"].sum()) / steps,
         "gut": gut,
-        "sheets": timed.seconds["sheets"] / gut,
-        "wall": timed.seconds["wall"] / gut,
-        "rest": (total - sum(timed.seconds.values())) / gut,
+        "sheets": spent["sheets"].cpu / gut,
+        "wall": spent["wall"].cpu / gut,
+        "rest": (total - sum(part.cpu for part in spent.values())) / gut,
         "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
         "remarks": [text for text in remarks(configuration) if "around the ring" in text],
     }

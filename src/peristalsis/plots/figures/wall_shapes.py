@@ -67,37 +67,37 @@ def panel(axes: Axes, result: Result, frame: int, cmap: Colormap, norm: Any) -> 
             Circle((centre, 0.0), data.pellet_radius(result), facecolor="0.82", edgecolor="0.4", linewidth=0.8)
         )
         axes.plot([centre], [0.0], "+", color="0.3", markersize=5, markeredgewidth=0.9)
-        _pressure_band(axes, result, frame, centre)
+        pressure = np.nan_to_num(data.cut(result, "contact_pressure")[:, frame])
+        for side in (0, 1):
+            _pressure_band(axes, axial[side], shape[side], centre, pressure[side] / largest_pressure(result))
     wall = LineCollection(list(segments(axial, shape)), cmap=cmap, norm=norm, linewidths=2.0, capstyle="round")
     wall.set_array(segment_values(data.cut(result, "tension_circumferential", "N/cm")[:, frame]))
     axes.add_collection(wall)
     axes.set_aspect("equal")
-    axes.set_ylim(-height(result), height(result))
+    half = height(result)
+    axes.set_ylim(-half, half)
     axes.set_yticks([-10.0, 0.0, 10.0], ["10", "0", "10"])
     style.axis_right(axes, result, None)
     return wall
 
 
-def _pressure_band(axes: Axes, result: Result, frame: int, centre: float) -> None:
-    """Contact pressure as a band outside the wall, along the normal of the pellet."""
-    for side in (0, 1):
-        pressure = np.nan_to_num(data.cut(result, "contact_pressure")[side, frame])
-        touching = np.flatnonzero(pressure > 0.0)
-        for part in np.split(touching, np.flatnonzero(np.diff(touching) > 1) + 1):
-            if part.size < 2:
-                continue
-            axial = data.cut(result, "axial_position", "mm")[side, frame][part]
-            shape = data.profile(result)[side, frame][part]
-            distance = np.hypot(axial - centre, shape)
-            out = PRESSURE_HEIGHT * pressure[part] / largest_pressure(result)
-            along, up = (axial - centre) / distance, shape / distance
-            axes.fill(
-                np.concatenate([axial, (axial + out * along)[::-1]]),
-                np.concatenate([shape, (shape + out * up)[::-1]]),
-                facecolor=style.SKY,
-                edgecolor=style.BLUE,
-                linewidth=0.5,
-            )
+def _pressure_band(axes: Axes, axial: Floats, shape: Floats, centre: float, pressure: Floats) -> None:
+    """Contact pressure, as a share of the largest: a band outside one side of the wall, along the pellet's normal."""
+    touching = np.flatnonzero(pressure > 0.0)
+    for part in np.split(touching, np.flatnonzero(np.diff(touching) > 1) + 1):
+        if part.size < 2:
+            continue
+        x, y = axial[part], shape[part]
+        distance = np.hypot(x - centre, y)
+        out = PRESSURE_HEIGHT * pressure[part]
+        along, up = (x - centre) / distance, y / distance
+        axes.fill(
+            np.concatenate([x, (x + out * along)[::-1]]),
+            np.concatenate([y, (y + out * up)[::-1]]),
+            facecolor=style.SKY,
+            edgecolor=style.BLUE,
+            linewidth=0.5,
+        )
 
 
 def draw(result: Result, times: Sequence[float] | None = None) -> Canvas:
