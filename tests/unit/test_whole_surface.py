@@ -93,3 +93,21 @@ def test_noise_decays_under_ring_uniform_drive() -> None:
         spreads.append(float(np.ptp(simulation.state.wall.position[:, :, 0], axis=1).max()))
     assert spreads[-1] < 0.1 * spreads[0]
     assert max(spreads[1:]) < spreads[0]
+
+
+@pytest.mark.slow
+def test_noise_decays_while_the_neck_is_packed() -> None:
+    """Behind the starting pellet the wall is packed and pushed along: it neither leaves its axis nor wrinkles."""
+    changes = {"grid.n_z": 400, "grid.n_z_wall": 200, "grid.n_theta": 16, "output.interval": "0.1 s"}
+    simulation = Simulation(scenarios.configuration("baseline", changes=changes))
+    simulation.advance("10 ms")
+    draw = np.random.default_rng(1)
+    places = simulation.state.wall.position.copy()
+    places[1:-1] += 1e-7 * draw.standard_normal(places[1:-1].shape)
+    simulation.state = replace(simulation.state, wall=replace(simulation.state.wall, position=places))
+    spreads = []
+    while simulation.time < 0.9:
+        simulation.advance("50 ms")
+        spreads.append(float(np.ptp(simulation.state.wall.position[:, :, 0], axis=1).max()))
+    assert max(spreads) <= 3e-7  # the range of as many draws is six times their deviation
+    assert spreads[-1] <= 0.2 * spreads[0]

@@ -21,9 +21,9 @@ class SurfaceConstants(NamedTuple):
     """Shear viscosity [mN s/cm], bending around the ring [mN cm] and its viscosity [mN s cm], foundation [mN/cm^3]."""
 
     shear_viscosity: float = 0.005
-    bending_stiffness_around: float = 1.0e-3
+    bending_stiffness_around: float = 0.5
     bending_viscosity_around: float = 1.0e-5
-    foundation: float = 1.0
+    foundation: float = 100.0
 
 
 @compiled
