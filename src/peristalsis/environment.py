@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import os
 import platform
 from functools import cache
 
@@ -44,3 +45,8 @@ def machine() -> dict[str, str]:
         "processor": str(binding.get_host_cpu_name()),
         "features": " ".join(features),
     }
+
+
+def processors() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -2,8 +2,76 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import subprocess
+import sys
 import time
+from collections.abc import Iterator
 from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .config import Configuration
+
+TINY = {"grid.n_z": 200, "grid.n_z_wall": 100}
+TISSUE = "from peristalsis.warm_up import compile_tissue; compile_tissue()"
+
+
+def _tiny(changes: dict[str, object]) -> Configuration:
+    from .config import Configuration
+
+    return Configuration().with_changes({**TINY, **changes})
+
+
+def compile_tissue() -> None:
+    """Compile what a step takes besides the wall's equilibrium: kernels of the sheets, of balances and of records."""
+    from .build import build
+    from .model.initial import straight_state
+    from .model.step import advance_tissue
+    from .observers import FieldRecorder, ScalarRecorder
+
+    model = build(_tiny({}))
+    state = straight_state(model)
+    advance_tissue(model, state)
+    for recorder in (ScalarRecorder(), FieldRecorder(1)):
+        recorder.start(model, state)
+
+
+@contextlib.contextmanager
+def _second_process() -> Iterator[subprocess.Popen[bytes] | None]:
+    """Where nothing is compiled yet and a processor is free, another process compiles the tissue meanwhile.
+
+    It leaves its kernels in the cache, and this process loads or compiles whatever it comes to, so a process that
+    fails, or takes its time, costs nothing but the help.
+    """
+    from .environment import processors
+    from .numerics.compiled import CACHE_FOLDER
+    from .numerics.sources import PACKAGE, kernel_digest
+
+    sheet = PACKAGE / "tissue" / "sheet.py"
+    cold = CACHE_FOLDER is not None and not (CACHE_FOLDER / kernel_digest(sheet)).is_dir()
+    if not cold or processors() < 2 or not sys.executable:
+        yield None
+        return
+    paths = os.pathsep.join(filter(None, (str(PACKAGE.parent), os.environ.get("PYTHONPATH"))))
+    quiet = subprocess.DEVNULL
+    try:
+        helper = subprocess.Popen(
+            [sys.executable, "-c", TISSUE],
+            env={**os.environ, "PYTHONPATH": paths},
+            stdin=quiet,
+            stdout=quiet,
+            stderr=quiet,
+        )
+    except OSError:
+        yield None
+        return
+    try:
+        yield helper
+    finally:
+        helper.kill()
+        helper.wait()
 
 
 @cache
@@ -11,33 +79,34 @@ def _compile(columns: int, integrator: str = "implicit") -> float:
     from dataclasses import replace
 
     from .build import build
-    from .config import Configuration
     from .model.guards import advance_safely
     from .model.initial import initial_state
     from .observers import FieldRecorder, ScalarRecorder
     from .preflight import remarks
 
     begin = time.perf_counter()
-    tiny = Configuration().with_changes({"grid.n_z": 200, "grid.n_z_wall": 100, "grid.n_theta": columns})
+    changes: dict[str, object] = {"grid.n_theta": columns}
     if integrator == "explicit":
-        tiny = tiny.with_changes({"solver.integrator": integrator, "wall.surface_density": "26.14 g/cm^2"})
+        changes |= {"solver.integrator": integrator, "wall.surface_density": "26.14 g/cm^2"}
     if columns > 1:
-        tiny = tiny.with_changes({"pacemaker.angular_width": "90 deg"})
-    remarks(tiny)
-    model, before, _ = initial_state(build(tiny))
-    if columns > 1:
-        # One side of the tube pulls at once: a wall that varies around the ring takes ways that a uniform one does not.
-        potential = before.circular.potential.copy()
-        potential[:, 0] = model.circular.threshold + 5.0
-        before = replace(before, circular=replace(before.circular, potential=potential))
-    recorders = ScalarRecorder(), FieldRecorder(1)
-    for recorder in recorders:
-        recorder.start(model, before)
-    for _ in range(1 if columns == 1 else 2):  # the sheets see a wall that varies from the second step on
-        after, report = advance_safely(model, before)
+        changes["pacemaker.angular_width"] = "90 deg"
+    tiny = _tiny(changes)
+    with _second_process():
+        remarks(tiny)
+        model, before, _ = initial_state(build(tiny))
+        if columns > 1:
+            # One side pulls at once: a wall that varies around the ring takes ways that a uniform one does not.
+            potential = before.circular.potential.copy()
+            potential[:, 0] = model.circular.threshold + 5.0
+            before = replace(before, circular=replace(before.circular, potential=potential))
+        recorders = ScalarRecorder(), FieldRecorder(1)
         for recorder in recorders:
-            recorder.see(model, before, after, report)
-        before = after
+            recorder.start(model, before)
+        for _ in range(1 if columns == 1 else 2):  # the sheets see a wall that varies from the second step on
+            after, report = advance_safely(model, before)
+            for recorder in recorders:
+                recorder.see(model, before, after, report)
+            before = after
     return time.perf_counter() - begin
 
 

@@ -9,7 +9,7 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
-from ..environment import machine, versions
+from ..environment import machine, processors, versions
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -52,11 +52,6 @@ def processor() -> str:
     return f"{name} ({kind})" if name else kind
 
 
-def cores() -> int:
-    """Processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def memory_bytes() -> int:
     """Memory of the machine; 0 where it is not told."""
     try:
@@ -78,7 +73,7 @@ def about() -> dict[str, str]:
     memory = memory_bytes()
     return {
         "processor": processor(),
-        "cores": str(cores()),
+        "cores": str(processors()),
         "memory": f"{memory / 2**30:.0f} GiB" if memory else "unknown",
         "system": machine()["system"],
         "versions": ", ".join(f"{name} {number}" for name, number in versions().items()),
@@ -89,5 +84,5 @@ def about() -> dict[str, str]:
 @cache
 def stamp() -> str:
     """What a measurement belongs to: this source on this machine with these libraries."""
-    parts = (source(), processor(), str(cores()), *(f"{name}={number}" for name, number in versions().items()))
+    parts = (source(), processor(), str(processors()), *(f"{name}={number}" for name, number in versions().items()))
     return hashlib.sha256("|".join(parts).encode()).hexdigest()[:16]

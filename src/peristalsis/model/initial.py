@@ -35,15 +35,26 @@ def initial_state(model: Model) -> tuple[Model, State, list[str]]:
 
     Raises DivergenceError if the tube cannot be inflated or the pellet not be inserted.
     """
-    remarks: list[str] = []
-    longitudinal, remark = _resting_sheet(model, model.longitudinal, "longitudinal")
-    remarks += remark
-    circular, remark = _resting_sheet(model, model.circular, "circular")
-    remarks += remark
+    sheets, remarks = _resting_sheets(model)
     free, position, contact, force = _inflate_and_insert(model)
     rho, zeta = np.ascontiguousarray(position[:, 0]), np.ascontiguousarray(position[:, 1])
     volume = lumen_volume(rho, zeta) - (model.pellet.volume if model.pellet.present else 0.0)
     complete = replace(model, free_radius=free, lumen=model.lumen._replace(reference_volume=volume))
+    pellet = PelletState(model.start_position, 0.0, force, _holding(complete, contact, position))
+    return complete, _at_rest(model, sheets, rho, zeta, contact, pellet), remarks
+
+
+def straight_state(model: Model) -> State:
+    """The undeformed tube around a pellet that it does not touch, cells at rest: no equilibrium, at no cost."""
+    nodes = model.grid.nodes
+    pellet = PelletState(model.start_position, 0.0, 0.0, 0.0)
+    radius = np.full(nodes.size, model.wall.radius)
+    return _at_rest(model, _resting_sheets(model)[0], radius, nodes, np.zeros(nodes.size), pellet)
+
+
+def _at_rest(
+    model: Model, sheets: tuple[SheetState, SheetState], rho: Floats, zeta: Floats, contact: Floats, pellet: PelletState
+) -> State:
     shape = (model.grid.n_z_wall + 1, model.grid.n_theta)
     nodes = np.zeros((*shape, 3))
     nodes[:, :, 0], nodes[:, :, 2] = rho[:, None], zeta[:, None]
@@ -60,18 +71,17 @@ def initial_state(model: Model) -> tuple[Model, State, list[str]]:
         drive=np.zeros((2, 2 * model.grid.n_z_wall, shape[1])),
         step_before=0.0,
     )
-    state = State(
+    return State(
         step=0,
-        longitudinal=longitudinal,
-        circular=circular,
+        longitudinal=sheets[0],
+        circular=sheets[1],
         pacemaker=_pacemaker_sheet(model),
         wall=wall,
-        pellet=PelletState(model.start_position, 0.0, force, _holding(complete, contact, position)),
+        pellet=pellet,
         pressure=model.lumen.pressure,
         trigger=quiet((model.grid.n_z, model.grid.n_theta_conduction)),
         reflex=SILENT,
     )
-    return complete, state, remarks
 
 
 def _holding(model: Model, contact: Floats, position: Floats) -> float:
@@ -80,6 +90,12 @@ def _holding(model: Model, contact: Floats, position: Floats) -> float:
     area = 2.0 * np.pi * model.wall.radius * model.wall.element_size
     pressing = area * float((contact * rho / np.hypot(rho, axial)).sum())
     return dry_friction(model.pellet.dry, model.friction, pressing, True)
+
+
+def _resting_sheets(model: Model) -> tuple[tuple[SheetState, SheetState], list[str]]:
+    longitudinal, remarks = _resting_sheet(model, model.longitudinal, "longitudinal")
+    circular, more = _resting_sheet(model, model.circular, "circular")
+    return (longitudinal, circular), [*remarks, *more]
 
 
 def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, list[str]]:

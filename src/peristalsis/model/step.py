@@ -68,13 +68,8 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
         trigger = _listen_to_muscle(model, state.trigger, marched.longitudinal, marched.wall, stop)
         reflex = _listen_to_stretch(model, state.reflex, marched.wall, stop)
         return replace(marched, pacemaker=pacemaker, trigger=trigger, reflex=reflex), StepReport(0, micro_steps, 1)
-    stretch = _stretches_ahead(model, state.wall)
-    longitudinal = _advance_layer(model, "longitudinal", state.longitudinal, stretch, stimuli.longitudinal, start)
-    circular = _advance_layer(model, "circular", state.circular, stretch, stimuli.circular, start)
+    longitudinal, circular, drive = _advance_tissue(model, state, stimuli, start)
     pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)
-    drive = np.empty_like(state.wall.drive)
-    drive[0] = muscle_drive(model, model.longitudinal, longitudinal)
-    drive[1] = muscle_drive(model, model.circular, circular)
     solved = _solve_wall(
         model, state.wall, state.pellet, state.pressure, drive, model.dt_wall, model.max_halvings, stop
     )
@@ -92,6 +87,25 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
         reflex,
     )
     return after, StepReport(solved.iterations, solved.assemblies, solved.solves, solved.krylov)
+
+
+def advance_tissue(model: Model, state: State) -> None:
+    """Take both layers through a step, for the kernels that it compiles; the outcome is dropped."""
+    start, stop = state.step * model.dt_wall, (state.step + 1) * model.dt_wall
+    _advance_tissue(model, state, _stimuli(model, state, start, stop), start)
+
+
+def _advance_tissue(
+    model: Model, state: State, stimuli: _Stimuli, start: float
+) -> tuple[SheetState, SheetState, Floats]:
+    """Both layers after a step, and their drive of the wall."""
+    stretch = _stretches_ahead(model, state.wall)
+    longitudinal = _advance_layer(model, "longitudinal", state.longitudinal, stretch, stimuli.longitudinal, start)
+    circular = _advance_layer(model, "circular", state.circular, stretch, stimuli.circular, start)
+    drive = np.empty_like(state.wall.drive)
+    drive[0] = muscle_drive(model, model.longitudinal, longitudinal)
+    drive[1] = muscle_drive(model, model.circular, circular)
+    return longitudinal, circular, drive
 
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from ...batches import batch
+from ...environment import processors
 from ...plan import read_plan
-from .. import machine
 from ..section import Bench, Figure, Findings, Section, Table
 
 AIM = 1.85
@@ -24,7 +24,7 @@ pellet.viscous_friction = [{values}]
 
 def run(bench: Bench) -> Findings:
     """One and two processes in turns; the best of each."""
-    if machine.cores() < 2:
+    if processors() < 2:
         return Findings(
             (), notes=("This process may use one processor only: two workers cannot be compared with one.",)
         )

@@ -1,0 +1,109 @@
+"""Compiling in two processes at once: what the second one compiles, and that it is never needed."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from peristalsis import warm_up
+from peristalsis.build import build
+from peristalsis.config import Configuration
+from peristalsis.model.initial import initial_state, straight_state
+from peristalsis.model.step import advance_tissue
+
+
+class Started:
+    """What was started in place of another process."""
+
+    def __init__(self) -> None:
+        self.words: list[list[str]] = []
+        self.ended = 0
+
+    def __call__(self, words: list[str], **more: Any) -> Any:
+        self.words.append(words)
+        return self
+
+    def kill(self) -> None:
+        self.ended += 1
+
+    def wait(self) -> None:
+        pass
+
+
+@pytest.fixture
+def started(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Started:
+    """An empty cache, two processors, and no real process."""
+    found = Started()
+    monkeypatch.setattr(subprocess, "Popen", found)
+    monkeypatch.setattr("peristalsis.numerics.compiled.CACHE_FOLDER", tmp_path)
+    monkeypatch.setattr("peristalsis.environment.processors", lambda: 2)
+    return found
+
+
+def test_second_process_compiles_into_an_empty_cache(started: Started) -> None:
+    with warm_up._second_process() as helper:
+        assert helper is not None
+        assert started.ended == 0
+    assert started.words == [[sys.executable, "-c", warm_up.TISSUE]]
+    assert started.ended == 1, "it does not outlive the warm-up"
+
+
+def test_second_process_ends_with_a_warm_up_that_fails(started: Started) -> None:
+    with pytest.raises(KeyboardInterrupt), warm_up._second_process():
+        raise KeyboardInterrupt
+    assert started.ended == 1
+
+
+@pytest.mark.parametrize("reason", ["cached", "no cache", "one processor"])
+def test_no_second_process_where_it_cannot_help(
+    started: Started, reason: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    if reason == "cached":
+        from peristalsis.numerics.sources import PACKAGE, kernel_digest
+
+        (tmp_path / kernel_digest(PACKAGE / "tissue" / "sheet.py")).mkdir()
+    elif reason == "no cache":
+        monkeypatch.setattr("peristalsis.numerics.compiled.CACHE_FOLDER", None)
+    else:
+        monkeypatch.setattr("peristalsis.environment.processors", lambda: 1)
+    with warm_up._second_process() as helper:
+        assert helper is None
+    assert started.words == []
+
+
+def test_a_process_that_cannot_start_is_done_without(started: Started, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*words: Any, **more: Any) -> Any:
+        raise OSError("no more processes")
+
+    monkeypatch.setattr(subprocess, "Popen", refused)
+    with warm_up._second_process() as helper:
+        assert helper is None
+
+
+def test_tissue_is_compiled_without_an_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Or the second process would compile what the first one is at."""
+
+    def unwanted(*words: Any, **more: Any) -> Any:
+        raise AssertionError("the wall was solved for")
+
+    monkeypatch.setattr("peristalsis.model.initial.solve_equilibrium", unwanted)
+    monkeypatch.setattr("peristalsis.model.step.step_wall", unwanted)
+    warm_up.compile_tissue()
+
+
+def test_straight_tube_has_the_cells_of_the_state_at_rest() -> None:
+    """Only the wall is not that of t = 0; a step of the tissue leaves the state alone."""
+    model = build(Configuration().with_changes(warm_up.TINY))
+    straight, (_, settled, _) = straight_state(model), initial_state(model)
+    for layer in ("longitudinal", "circular"):
+        assert np.array_equal(getattr(straight, layer).potential, getattr(settled, layer).potential)
+    assert straight.wall.position.shape == settled.wall.position.shape
+    assert np.all(straight.wall.position[:, :, 0] == model.wall.radius)
+    before = straight.longitudinal.potential.copy()
+    advance_tissue(model, straight)
+    assert np.array_equal(straight.longitudinal.potential, before)
