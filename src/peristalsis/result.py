@@ -24,6 +24,7 @@ from .errors import ConfigurationError, shown
 from .manifest import FILE as MANIFEST_FILE
 from .manifest import SCHEMA
 from .names import COORDINATES, OUTPUTS
+from .netcdf import netcdf_image
 from .store import (
     CONFIGURATION_FILE,
     RESULT_FILE,
@@ -144,8 +145,7 @@ class Result:
         own = workspace is None
         place = Workspace(target) if workspace is None else workspace
         try:
-            # Built in memory: the HDF5 library does not survive a disk that fills up under an open file.
-            image = bytes(self.dataset.to_netcdf(engine="h5netcdf", encoding=self._encoding()))
+            image = netcdf_image(self.arrays, self._attributes())
             summary = json.dumps(json_ready(self.summary), indent=2, allow_nan=False) + "\n"
             files = {
                 RESULT_FILE: image,
@@ -169,10 +169,6 @@ class Result:
             "versions": versions(),
             "machine": machine(),
         }
-
-    def _encoding(self) -> dict[str, dict[str, Any]]:
-        large = [name for name, values in self.arrays.items() if np.size(values) > 10_000]
-        return {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in large}
 
     def _attributes(self) -> dict[str, Any]:
         configuration = self.configuration

@@ -1,9 +1,13 @@
 """What a run leaves behind: stored and read back without losing a bit, or refused."""
 
+import subprocess
+import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 
 from peristalsis.errors import ConfigurationError, WriteError
 from peristalsis.names import OUTPUTS
@@ -40,6 +44,30 @@ def test_dataset_carries_units_dimensions_and_origin(result: Result) -> None:
     assert dataset.attrs["configuration"] == result.configuration.to_toml()
     assert dataset.attrs["configuration_digest"] == result.configuration.digest()
     assert dataset["radius"].shape == (11, 61, 1)
+
+
+def test_the_file_is_the_dataset(result: Result, tmp_path: Path) -> None:
+    """For who opens it with xarray: names, dimensions, coordinates, attributes and numbers, with and without events."""
+    assert result.arrays["event_time"].size > 0
+    uneventful = {n: v[:0] if n.startswith("event_") else v for n, v in result.arrays.items()}
+    for name, one in (("some", result), ("none", replace(result, arrays=uneventful))):
+        with xarray.open_dataset(one.save(tmp_path / name) / "result.nc", engine="h5netcdf") as stored:
+            xarray.testing.assert_identical(stored.load(), one.dataset)
+
+
+def test_saving_does_without_xarray(result: Result, tmp_path: Path) -> None:
+    """Which takes half a second to import, a tenth of a whole run."""
+    source = f"""
+import sys
+from peristalsis.result import Result
+from peristalsis.simulation import Simulation
+from peristalsis.verification.exact.runs import configured
+changes = {{"grid.n_z": 100, "grid.n_z_wall": 60, "run.duration": "4 ms"}}
+Simulation(configured(changes)).run().save({str(tmp_path / "run")!r})
+print("xarray" in sys.modules, "pandas" in sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "False"]
 
 
 def test_existing_folder_is_not_overwritten_unasked(result: Result, tmp_path: Path) -> None:
