@@ -95,6 +95,7 @@ SLOWER = {
     "model/equilibrium.py": COUNTS,
     "wall/assembly.py": COUNTS,
     "numerics/block_band.py": COUNTS,
+    "model/fields.py": ("tests/unit/test_stretched_fields.py",),
 }
 """Tests of how many iterations a step takes, asked last: a wrong tangent finds the same answer, later."""
 
