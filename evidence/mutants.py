@@ -86,6 +86,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
 COUNTS = ("tests/unit/test_cost.py",)
 DETAILS = ("tests/unit/test_surface_details.py",)
 PROBLEMS = ("tests/verification/test_problems.py",)
+NUMBERS = ("tests/unit/test_step_numbers.py",)
 SLOWER = {
     "numerics/stabilised.py": PROBLEMS,
     "tissue/sheet.py": (*COUNTS, *PROBLEMS),
@@ -96,6 +97,8 @@ SLOWER = {
     "wall/assembly.py": COUNTS,
     "numerics/block_band.py": COUNTS,
     "model/fields.py": ("tests/unit/test_stretched_fields.py",),
+    "model/balance.py": NUMBERS,
+    "model/bookkeeping.py": NUMBERS,
 }
 """Tests asked last, which kept verdicts do not depend on. Among them those of how many iterations a step takes: a wrong
 tangent finds the same answer, later."""
