@@ -86,17 +86,22 @@ GROUPS: dict[str, tuple[str, ...]] = {
 COUNTS = ("tests/unit/test_cost.py",)
 DETAILS = ("tests/unit/test_surface_details.py",)
 PROBLEMS = ("tests/verification/test_problems.py",)
+NUMBERS = ("tests/unit/test_step_numbers.py",)
 SLOWER = {
     "numerics/stabilised.py": PROBLEMS,
     "tissue/sheet.py": (*COUNTS, *PROBLEMS),
     "control/sequence.py": ("tests/unit/test_step.py", *PROBLEMS),
     "wall/surface.py": DETAILS,
     "pellet/surface_contact.py": DETAILS,
-    "model/equilibrium.py": COUNTS,
+    "model/equilibrium.py": ("tests/unit/test_newton.py", *COUNTS),
     "wall/assembly.py": COUNTS,
     "numerics/block_band.py": COUNTS,
+    "model/fields.py": ("tests/unit/test_stretched_fields.py",),
+    "model/balance.py": NUMBERS,
+    "model/bookkeeping.py": NUMBERS,
 }
-"""Tests of how many iterations a step takes, asked last: a wrong tangent finds the same answer, later."""
+"""Tests asked last, which kept verdicts do not depend on. Among them those of how many iterations a step takes: a wrong
+tangent finds the same answer, later."""
 
 SWAPPED = {"hoop": "stretch", "stretch": "hoop", "rate_l": "0.0", "longitudinal": "circumferential"}
 """Names that stand for one another in a plausible slip."""

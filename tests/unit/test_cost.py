@@ -1,13 +1,14 @@
 """What a run costs, in counts: iterations, assemblies, solves. Time is measured by `make bench`, never here."""
 
 import numpy as np
+import pytest
 
 from peristalsis.build import build
 from peristalsis.config import Configuration
 from peristalsis.model import equilibrium
 from peristalsis.model.initial import initial_state
 from peristalsis.model.step import StepReport, advance
-from peristalsis.tissue.sheet import advance_sheet
+from peristalsis.tissue.sheet import MARGIN, QUIET_GATE, QUIET_POTENTIAL, advance_sheet, restless
 from peristalsis.verification.exact.runs import march
 
 SHIPPED = {"grid.n_z": 400, "grid.n_z_wall": 400}
@@ -88,3 +89,28 @@ def test_waiting_cells_change_nothing_that_matters() -> None:
     resting = state.longitudinal.potential[-1, 0]
     assert waited[-20] == resting, "what waits keeps every bit"
     assert awake[-1] != resting
+
+
+@pytest.mark.parametrize("columns", [1, 3])
+def test_as_many_rings_before_as_behind_a_change_are_advanced(columns: int) -> None:
+    """Whole rings, a margin on either side, none beyond the ends: what the potential or any gate asks for."""
+    rings, still = 60, np.zeros((4, 60 * columns))
+    last = columns - 1
+
+    def awake(*cells: tuple[int, int], gate: int | None = None) -> tuple[int, int]:
+        """First and last ring that are advanced when these cells, (ring, column), change."""
+        places = [ring * columns + column for ring, column in cells]
+        change, gates = np.zeros(rings * columns), still.copy()
+        if gate is None:
+            change[places] = -2.0 * QUIET_POTENTIAL
+        else:
+            gates[gate, places] = 2.0 * QUIET_GATE
+        low, high = restless(change, gates, still, gate is not None, columns)
+        assert low % columns == high % columns == 0
+        return low // columns, high // columns - 1
+
+    assert awake((20, last), (30, 0)) == (20 - MARGIN, 30 + MARGIN)
+    for gate in range(4):
+        assert awake((25, 0), gate=gate) == (25 - MARGIN, 25 + MARGIN)
+    assert awake((2, 0), (57, last)) == (0, rings - 1)
+    assert restless(np.full(rings * columns, QUIET_POTENTIAL), still, still, True, columns) == (0, 0)
