@@ -116,7 +116,7 @@ def point() -> tuple[str, str]:
     """The point pacemaker: first tenths of a second at 200 x 64 under coarse and fine conduction."""
     rows = []
     said = ""
-    for columns, seconds in ((64, 0.06), (512, 0.04)):
+    for columns, seconds in ((64, 0.06), (512, 0.04), (704, 0.04)):
         changes = {"grid.n_z_wall": 200, "grid.n_theta": 64, "grid.n_theta_conduction": columns}
         found = in_a_process({"scenario": "point_pacemaker", "changes": changes, "seconds": seconds})
         rows.append((columns, seconds, *costs(found)))
