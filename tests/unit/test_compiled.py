@@ -83,7 +83,8 @@ def tree(tmp_path: Path) -> Path:
 
 def command(tree: Path, cache: Path, module: str = "outer") -> subprocess.Popen[str]:
     """A process that calls a kernel of the copy and prints its value, cache hits and misses."""
-    environment = os.environ | {"PYTHONPATH": str(tree.parents[1]), "NUMBA_CACHE_DIR": str(cache)}
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("COV")}  # a copy is no source
+    environment |= {"PYTHONPATH": str(tree.parents[1]), "NUMBA_CACHE_DIR": str(cache)}
     environment |= {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null", "PYTHONDONTWRITEBYTECODE": "1"}
     words = [sys.executable, "-c", PROBE.format(module=module)]
     return subprocess.Popen(words, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
