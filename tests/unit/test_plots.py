@@ -20,7 +20,7 @@ from peristalsis.errors import ConfigurationError, WriteError
 from peristalsis.model.model import ACTIVATION_LEVEL
 from peristalsis.plots import Plots, data
 from peristalsis.plots.export import export_csv
-from peristalsis.plots.figures import currents, force_budget
+from peristalsis.plots.figures import currents, force_budget, manometry
 from peristalsis.plots.film import ffmpeg
 
 SMALL = {"grid.n_z": 300, "grid.n_z_wall": 100, "run.duration": "0.3 s"}
@@ -306,3 +306,17 @@ def test_csv_holds_the_numbers_to_the_last_bit(run: ps.Result, tmp_path: Path) -
     assert [[float(cell) for cell in row[1:]] for row in rows] == run.arrays["radius"][:, :, 0].tolist()
     with (tmp_path / "events.csv").open(newline="", encoding="ascii") as file:
         assert [row[2] for row in csv.reader(file)][1:] == run.arrays["event_kind"].tolist()
+
+
+def test_isobars_are_drawn_where_they_occur(run: ps.Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Levels between the least and the largest pressure, as lines on the upper map, on its bar and in its title."""
+    top = float(data.manometry(run, manometry.SPACING)[2].max())
+    monkeypatch.setattr(manometry, "ISOBARS", (0.25 * top, 0.5 * top, 2.0 * top))
+    figure = run.plot.draw("manometry")
+    figure.draw_without_rendering()
+    titles = " ".join(axes.get_title(loc="left") for axes in figure.axes) + " ".join(
+        text.get_text() for text in figure.findobj(Text)
+    )
+    assert f"isobars {0.25 * top:g}, {0.5 * top:g} mmHg" in titles
+    monkeypatch.setattr(manometry, "ISOBARS", (2.0 * top,))
+    assert "isobars" not in " ".join(text.get_text() for text in run.plot.draw("manometry").findobj(Text))
