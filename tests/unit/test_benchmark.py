@@ -453,3 +453,20 @@ def test_comparisons_are_counted(other: float, results: tuple[bool, ...]) -> Non
     assert (a < b, a <= b, a > b, a >= b) == results
     assert (a == b) == (other == 2.0)
     assert counting.counts["compare"] == 5
+
+
+@pytest.mark.parametrize("blocked", ["disk", "pages"])
+def test_folders_that_cannot_be_written_are_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], blocked: str
+) -> None:
+    """By the measurement that is to be kept, or by the pages in the end."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    place = (ledger.disk, "replace_file") if blocked == "disk" else (report, "write")
+    monkeypatch.setattr(*place, refuse)
+    assert main(["bench", "explicit", "--out", str(tmp_path / "out")]) == 4
+    said = capsys.readouterr().err
+    assert "could not write" in said
+    assert "No space left on device; choose another place with --out" in said

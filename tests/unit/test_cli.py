@@ -847,3 +847,14 @@ def test_memory_that_runs_out_is_said(monkeypatch: pytest.MonkeyPatch, capsys: C
     monkeypatch.setattr(scenarios, "names", full)
     assert main(["list"]) == 1
     assert "not enough memory; use fewer cells" in capsys.readouterr().err
+
+
+def test_maps_of_regions_are_told_apart_by_their_values() -> None:
+    """In a few words and a digest, which changes with any value."""
+    table = {"name": "graded", "shape": "map", "quantities": ["active"], "z": ["2 cm", "4 cm"], "angle": ["0 deg"]}
+    words = [
+        comparing._in_words(ps.Configuration(regions=[table | {"values": [[1.0], [value]]}]))["regions"]
+        for value in (0.5, 0.6, 0.5)
+    ]
+    assert words[0] == words[2] != words[1]
+    assert re.search(r"graded.*\(sha256 [0-9a-f]{12}\)$", words[0])

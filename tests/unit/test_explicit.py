@@ -389,3 +389,25 @@ def test_long_efforts_are_told_in_minutes_and_hours(count: float, said: str) -> 
     words = Effort(allowed, 1e-6, count, 1e-3).words()  # type: ignore[arg-type]
     assert f"about {said} on this machine" in words
     assert "steps of 0.001 ms (limits at t = 0: all)" in words
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        (explicit_step.LONGITUDINAL, "longitudinal potential left -200...150 mV at z = 2.62 cm, t = 0.5 s: lower"),
+        (explicit_step.CIRCULAR, "circular potential left -200...150 mV at z = 2.62 cm, t = 0.5 s: lower"),
+        (explicit_step.STRETCH, "a stretch went out of range near z = 7.5 cm, t = 0.5 s, with explicit steps of 2 ms"),
+        (None, "wall position: the tube has no volume left, t = 0.5 s, with explicit steps of 2 ms"),
+    ],
+)
+def test_complaints_name_place_and_cure(code: int | None, words: str) -> None:
+    """The longest element is the one that went out of range."""
+    model, state = begun(SMALL | {"grid.n_z": 40, "grid.n_z_wall": 40})
+    place = state.wall.position[:, 0, [0, 2]].T.copy()
+    place[1, 31:] += 5.0
+    shell = SimpleNamespace(place=place)
+    allowed = limits(model, state)
+    code = -1 if code is None else code
+    said = explicit_step._complaint(model, shell, code, 10, 0.5, 2e-3, allowed)  # type: ignore[arg-type]
+    assert words in said
+    assert "lower step." in said

@@ -320,3 +320,15 @@ def test_isobars_are_drawn_where_they_occur(run: ps.Result, monkeypatch: pytest.
     assert f"isobars {0.25 * top:g}, {0.5 * top:g} mmHg" in titles
     monkeypatch.setattr(manometry, "ISOBARS", (2.0 * top,))
     assert "isobars" not in " ".join(text.get_text() for text in run.plot.draw("manometry").findobj(Text))
+
+
+def test_figures_that_cannot_be_written_say_so(run: ps.Result, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(WriteError, match=r"could not write figures into .*choose another folder"):
+        run.plot.save(tmp_path / "file", ["track"])
+    with pytest.raises(WriteError, match=r"could not write CSV files into .*choose another folder"):
+        export_csv(run, tmp_path / "file")
+
+
+def test_figures_are_listed_beside_what_plots_can_do(run: ps.Result) -> None:
+    assert {"save", "film", *Plots.names()} <= set(dir(run.plot))

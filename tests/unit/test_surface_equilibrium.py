@@ -82,10 +82,15 @@ def collapsed(places: Floats) -> Floats:
 
 def overstretched(places: Floats) -> Floats:
     """Wider than the exponent of the wall's energy allows."""
+    return places * np.array([4.0, 4.0, 1.0])[None, :, None]
+
+
+def torn(places: Floats) -> Floats:
+    """Wider than any stretch that is looked at."""
     return places * np.array([60.0, 60.0, 1.0])[None, :, None]
 
 
-@pytest.mark.parametrize("change", [collapsed, overstretched])
+@pytest.mark.parametrize("change", [collapsed, overstretched, torn])
 def test_walls_out_of_range_have_no_merit(step: Posed, change: Callable[[Floats], Floats]) -> None:
     wrong = step._replace(places=change(step.places))
     assert wrong.solve() == (OUT_OF_RANGE, 0, 1, 0)
