@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -117,6 +118,7 @@ def test_model_in_their_language_rests_where_ours_does() -> None:
 @pytest.mark.parametrize("cells", [1, 50])
 def test_their_simulation_is_of_the_same_cable(cells: int) -> None:
     cable = _Cable(cells, 0.25)
+    cable.model = replace(cable.model, cell=cable.model.cell._replace(capacitance=1.5))
     simulation = cable.theirs()
     assert (simulation.cells, simulation.step, simulation.rl) == (cells, 0.25, True)
     assert simulation.protocol.pulse == (1.0, 0.0, PULSE)
@@ -144,6 +146,16 @@ def test_our_cable_rests_until_the_stimulus_has_come() -> None:
     still, never = cable.ours(20.0, 2.0)
     assert np.abs(still - cable.rest.potential).max() < 1e-3
     assert np.isnan(never).all()
+
+
+def test_stimulus_ends_with_its_pulse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cell follows the same way until then whether it goes on or not, and another one from there."""
+    short = _Cable(1, 0.25).ours(100.0, 2.0)[0]
+    monkeypatch.setattr(myokit_cable, "PULSE", 1000.0)
+    long = _Cable(1, 0.25).ours(100.0, 2.0)[0]
+    steps = round(PULSE / 2.0)
+    assert np.array_equal(short[: steps + 1], long[: steps + 1])
+    assert np.all(long[steps + 1 :] > short[steps + 1 :])
 
 
 def test_speed_of_their_wave_is_that_of_the_rise_through_the_level(monkeypatch: pytest.MonkeyPatch) -> None:
