@@ -358,3 +358,115 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize("words", [["nothing_such"], ["--quick", "--full"]])
 def test_bad_orders(words: list[str], tmp_path: Path) -> None:
     assert main(["bench", *words, "--out", str(tmp_path)]) == 2
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "–"),
+        (3, "3"),
+        (True, "True"),
+        (0.0, "0"),
+        (1e-4, "1.00e-04"),
+        (-0.002, "-0.002"),
+        (12345.6, "12346"),
+        (2e5, "2.00e+05"),
+    ],
+)
+def test_cells_of_tables(value: object, text: str) -> None:
+    assert report.number(value) == text
+
+
+def test_page_of_a_bench_that_measured_nothing() -> None:
+    """Nothing is left out of the list of sections, and neither load nor days are made up."""
+    empty = Findings((), notes=("Only this.",))
+    kept = Ledger(None)
+    nothing = report.pages(kept, "quick", {"made": SECTION})
+    assert "Measured never, with an unknown number of processes" in nothing["README.md"]
+    kept.keep("quick", f"{report.FINDINGS}made", empty.kept())
+    written = report.pages(kept, "quick", {"made": SECTION})
+    assert "Not run" not in written["README.md"]
+    assert written["made.md"].endswith("About it.\n\nOnly this.\n")
+    assert len(written["figures.csv"].splitlines()) == 1
+
+
+def test_machine_that_tells_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another system has no /proc, no load, no size of its memory; outside of a checkout there is no commit."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError
+
+    monkeypatch.setattr(machine.os, "sysconf", refuse)
+    monkeypatch.setattr(machine.os, "getloadavg", refuse)
+    monkeypatch.setattr(machine, "Path", lambda name: SimpleNamespace(read_text=refuse))
+    monkeypatch.setattr(machine.platform, "processor", lambda: "")
+    monkeypatch.setattr(machine.subprocess, "run", refuse)
+    kind = machine.machine()["processor"]
+    assert (machine.memory_bytes(), machine.load(), machine.processor()) == (0, -1.0, kind)
+    about = machine.about()
+    assert (about["memory"], about["commit"]) == ("unknown", "unknown")
+
+
+@pytest.mark.parametrize(("changed", "said"), [("", "abc"), (" M step.py", "abc, changed")])
+def test_commit_says_whether_the_package_was_changed(monkeypatch: pytest.MonkeyPatch, changed: str, said: str) -> None:
+    def git(words: list[str], **_: object) -> object:
+        return SimpleNamespace(stdout="abc\n" if "rev-parse" in words else changed)
+
+    monkeypatch.setattr(machine.subprocess, "run", git)
+    assert machine.commit() == said
+
+
+def test_repeated_calls_are_counted() -> None:
+    calls: list[int] = []
+    assert clock.repeated(lambda: calls.append(1), 4).repeats == len(calls) == 4
+
+
+@pytest.mark.parametrize(
+    ("function", "kind", "value"),
+    [
+        (lambda x: 2.0 / x, "divide", 0.5),
+        (lambda x: 1.0 - x, "add", -3.0),
+        (lambda x: x**2, "function", 16.0),
+        (counting._exponential, "multiply", math.exp(4.0)),
+        (counting._function("root", math.sqrt), "root", 2.0),
+    ],
+)
+def test_operations_of_numbers(function, kind: str, value: float) -> None:  # type: ignore[no-untyped-def]
+    counting.counts.clear()
+    found = function(counting.Number(4.0))
+    assert found.value == pytest.approx(value)
+    assert found.depth == (counting.EXPONENTIAL if kind == "multiply" else 1.0)
+    assert counting.counts[kind] >= 1
+
+
+def test_plain_numbers_are_not_counted() -> None:
+    counting.counts.clear()
+    assert counting._exponential(1.0) == math.exp(1.0)
+    assert counting._function("root", math.sqrt)(9.0) == 3.0
+    assert not counting.counts
+
+
+@pytest.mark.parametrize(("other", "results"), [(3.0, (True, True, False, False)), (2.0, (False, True, False, True))])
+def test_comparisons_are_counted(other: float, results: tuple[bool, ...]) -> None:
+    counting.counts.clear()
+    a, b = counting.Number(2.0), counting.Number(other)
+    assert (a < b, a <= b, a > b, a >= b) == results
+    assert (a == b) == (other == 2.0)
+    assert counting.counts["compare"] == 5
+
+
+@pytest.mark.parametrize("blocked", ["disk", "pages"])
+def test_folders_that_cannot_be_written_are_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], blocked: str
+) -> None:
+    """By the measurement that is to be kept, or by the pages in the end."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    place = (ledger.disk, "replace_file") if blocked == "disk" else (report, "write")
+    monkeypatch.setattr(*place, refuse)
+    assert main(["bench", "explicit", "--out", str(tmp_path / "out")]) == 4
+    said = capsys.readouterr().err
+    assert "could not write" in said
+    assert "No space left on device; choose another place with --out" in said

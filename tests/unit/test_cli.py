@@ -802,3 +802,59 @@ def test_progress_without_pellet_names_none(capsys: Capture) -> None:
         progress.start()
         progress.see(1.0, 0.0)
     assert capsys.readouterr().err.splitlines()[-1] == "100 %  t = 1 of 1 s"
+
+
+@pytest.mark.parametrize("words", [["--set", "pellet.radius=8 mm"], ["--reading", "tight"]])
+def test_a_stored_run_is_cited_as_it_was(runs: Path, capsys: Capture, words: list[str]) -> None:
+    folder = str(runs / "second")
+    assert answer(["cite", folder], capsys)["scenario"] == "baseline"
+    assert main(["cite", folder, *words]) == 2
+    assert "a stored run cannot be changed; leave out the options" in capsys.readouterr().err
+
+
+def test_regions_are_shown_and_counted_as_changes(here: Path, capsys: Capture) -> None:
+    region = "[[regions]]\nname = 'weak'\nshape = 'band'\nz_from = '2 cm'\nz_to = '3 cm'\nactive = 0.5\n"
+    Path("my.toml").write_text(region, encoding="utf-8")
+    assert answer(["validate", "my.toml"], capsys)["changed"] == ["regions"]
+    assert main(["show", "baseline", "--config", "my.toml"]) == 0
+    shown = capsys.readouterr().out
+    assert "region and what it multiplies" in shown
+    assert "weak" in shown.split("region and what it multiplies")[1]
+    assert main(["show", "baseline", "pellet", "--config", "my.toml"]) == 0
+    assert "region and what it multiplies" not in capsys.readouterr().out
+
+
+def test_runs_without_pellets_have_no_tracks(result: Result) -> None:
+    bare = replace(result, configuration=result.configuration.with_changes({"pellet.enabled": False}))
+    labels = [line.get_label() for line in comparing.tracks_figure({"a": result, "b": bare}).axes[0].lines]
+    assert labels == ["a"]
+    with pytest.raises(ConfigurationError, match="none of the runs has a pellet"):
+        comparing.tracks_figure({"b": bare})
+
+
+def test_ctrl_c_outside_of_every_guard_is_an_interruption(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(words: list[str]) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("peristalsis.cli.dispatch.dispatch", interrupted)
+    assert main(["list"]) == 130
+
+
+def test_memory_that_runs_out_is_said(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    def full(*_: object) -> int:
+        raise MemoryError
+
+    monkeypatch.setattr(scenarios, "names", full)
+    assert main(["list"]) == 1
+    assert "not enough memory; use fewer cells" in capsys.readouterr().err
+
+
+def test_maps_of_regions_are_told_apart_by_their_values() -> None:
+    """In a few words and a digest, which changes with any value."""
+    table = {"name": "graded", "shape": "map", "quantities": ["active"], "z": ["2 cm", "4 cm"], "angle": ["0 deg"]}
+    words = [
+        comparing._in_words(ps.Configuration(regions=[table | {"values": [[1.0], [value]]}]))["regions"]
+        for value in (0.5, 0.6, 0.5)
+    ]
+    assert words[0] == words[2] != words[1]
+    assert re.search(r"graded.*\(sha256 [0-9a-f]{12}\)$", words[0])

@@ -8,10 +8,12 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 import peristalsis
+from peristalsis.numerics import compiled as compiling
 from peristalsis.numerics.sources import KERNEL_FOLDERS, dependencies
 
 PACKAGE = Path(peristalsis.__file__).parent
@@ -83,7 +85,8 @@ def tree(tmp_path: Path) -> Path:
 
 def command(tree: Path, cache: Path, module: str = "outer") -> subprocess.Popen[str]:
     """A process that calls a kernel of the copy and prints its value, cache hits and misses."""
-    environment = os.environ | {"PYTHONPATH": str(tree.parents[1]), "NUMBA_CACHE_DIR": str(cache)}
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("COV")}  # a copy is no source
+    environment |= {"PYTHONPATH": str(tree.parents[1]), "NUMBA_CACHE_DIR": str(cache)}
     environment |= {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null", "PYTHONDONTWRITEBYTECODE": "1"}
     words = [sys.executable, "-c", PROBE.format(module=module)]
     return subprocess.Popen(words, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -108,3 +111,55 @@ def test_a_change_two_files_away_is_seen_and_nothing_else_is_compiled(tree: Path
     assert told(command(tree, cache, "deep")) == (15.0, 1, 0)
     (tree / "outer.py").write_text(OUTER, encoding="utf-8")
     assert told(command(tree, cache)) == (16.0, 1, 0)
+
+
+@pytest.mark.parametrize(
+    ("named", "usable", "expected"),
+    [
+        (True, ("named", "home"), "named"),
+        (True, ("home",), "home/peristalsis"),
+        (False, ("home",), "home/peristalsis"),
+        (True, (), None),
+    ],
+)
+def test_cache_is_in_the_first_folder_that_can_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: bool, usable: tuple[str, ...], expected: str | None
+) -> None:
+    """That of NUMBA_CACHE_DIR, else the user's; none where a file stands in the place of both."""
+    for name in {"named", "home"} - set(usable):
+        (tmp_path / name).write_text("", encoding="utf-8")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    if named:
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "named"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
+    found = compiling._cache_folder()
+    assert found == (None if expected is None else tmp_path / expected)
+    assert found is None or list(found.iterdir()) == []
+
+
+def test_kernels_are_compiled_without_any_cache(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compiling, "CACHE_FOLDER", None)
+    kernel = compiling.compiled(lambda x: 2.0 * x + 1.0)
+    assert kernel(3.0) == 7.0
+    assert kernel.stats.cache_path is None  # type: ignore[attr-defined]
+
+
+def test_damaged_file_is_forgotten_and_compiled_anew() -> None:
+    """What cannot be read counts as not there; what can be is handed on."""
+    told: list[str] = []
+
+    class Cache:
+        def load_overload(self, name: str) -> str:
+            if name == "half":
+                raise EOFError
+            return f"whole {name}"
+
+        def flush(self) -> None:
+            told.append("forgotten")
+
+    kernel = SimpleNamespace(_cache=Cache())
+    compiling._mend(kernel)
+    assert kernel._cache.load_overload("one") == "whole one"
+    assert told == []
+    assert kernel._cache.load_overload("half") is None
+    assert told == ["forgotten"]

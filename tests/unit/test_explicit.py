@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import fields, is_dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -24,10 +25,11 @@ from peristalsis.model.initial import initial_state
 from peristalsis.model.model import ExplicitScheme, Model
 from peristalsis.model.state import State
 from peristalsis.model.step import advance
-from peristalsis.preflight import expected_effort
+from peristalsis.preflight import Effort, expected_effort
 from peristalsis.store import Workspace
 from peristalsis.tissue.cells import plant
 from peristalsis.tissue.explicit_sheet import Excitable, excite
+from peristalsis.verification.exact.runs import started
 from peristalsis.verification.exact.wall import assembled
 from peristalsis.wall.explicit import INSIDE, add_bending_forces, add_pressure_forces, add_tension_forces
 
@@ -372,3 +374,40 @@ def test_integrator_is_an_option_of_the_command() -> None:
     assert Input("baseline").configuration().solver.integrator == "implicit"
     with pytest.raises(ConfigurationError, match="set by --set and --integrator is given as well"):
         Input("baseline", settings=("solver.integrator=implicit",), integrator="explicit").configuration()
+
+
+def test_models_without_the_scheme_have_no_limits() -> None:
+    model, state = started({"grid.n_z": 40, "grid.n_z_wall": 40})
+    for ask in (lambda: limits(model, state), lambda: expected_effort(ps.Configuration(), model, state)):
+        with pytest.raises(ValueError, match=r"set solver\.integrator = explicit"):
+            ask()
+
+
+@pytest.mark.parametrize(("count", "said"), [(9e4, "90 s"), (6e6, "1e+02 min"), (1.08e7, "3 h")])
+def test_long_efforts_are_told_in_minutes_and_hours(count: float, said: str) -> None:
+    allowed = SimpleNamespace(words=lambda: "all")
+    words = Effort(allowed, 1e-6, count, 1e-3).words()  # type: ignore[arg-type]
+    assert f"about {said} on this machine" in words
+    assert "steps of 0.001 ms (limits at t = 0: all)" in words
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        (explicit_step.LONGITUDINAL, "longitudinal potential left -200...150 mV at z = 2.62 cm, t = 0.5 s: lower"),
+        (explicit_step.CIRCULAR, "circular potential left -200...150 mV at z = 2.62 cm, t = 0.5 s: lower"),
+        (explicit_step.STRETCH, "a stretch went out of range near z = 7.5 cm, t = 0.5 s, with explicit steps of 2 ms"),
+        (None, "wall position: the tube has no volume left, t = 0.5 s, with explicit steps of 2 ms"),
+    ],
+)
+def test_complaints_name_place_and_cure(code: int | None, words: str) -> None:
+    """The longest element is the one that went out of range."""
+    model, state = begun(SMALL | {"grid.n_z": 40, "grid.n_z_wall": 40})
+    place = state.wall.position[:, 0, [0, 2]].T.copy()
+    place[1, 31:] += 5.0
+    shell = SimpleNamespace(place=place)
+    allowed = limits(model, state)
+    code = -1 if code is None else code
+    said = explicit_step._complaint(model, shell, code, 10, 0.5, 2e-3, allowed)  # type: ignore[arg-type]
+    assert words in said
+    assert "lower step." in said

@@ -8,12 +8,14 @@ import json
 import re
 import shlex
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import peristalsis as ps
 from peristalsis import scenarios
 from peristalsis.cli import main, paper_command
 from peristalsis.cli.inputs import read_settings
@@ -32,7 +34,7 @@ from peristalsis.paper.tables import all_tables, matrix, numbers
 from peristalsis.paper.variants import VARIANTS
 from peristalsis.parameters import READINGS
 from peristalsis.plots import style
-from peristalsis.studies.sweep import Record
+from peristalsis.studies.sweep import Record, Step, run_one
 from peristalsis.studies.threshold import Point, Threshold
 
 
@@ -300,3 +302,59 @@ def test_importing_the_command_is_light() -> None:
     source = Path(paper_command.__file__).read_text(encoding="utf-8")
     top = [line for line in source.splitlines() if line.startswith(("import ", "from "))]
     assert not any(word in line for line in top for word in ("paper.", "studies", "numpy", "matplotlib"))
+
+
+def test_conditions_that_lack_runs_leave_gaps_and_no_error() -> None:
+    """Of two readings the second has no usable baseline, no thresholds and nothing measured: the first is all there."""
+    full = outcome()
+    bare = Outcome(Condition("stretched"), {"baseline": Record({"status": "refused", "error": "no"})}, {}, {})
+    nothing = Outcome(Condition("stretched"), {}, {}, {})
+    for table in (tables.velocities, tables.sensitivities, tables.curves):
+        assert table([full, nothing]).rows == table([full]).rows
+    by_name = {figure.name: figure.draw for figure in FIGURES}
+    for name in ("thresholds", "circular_force"):
+        lines = [[len(axes.lines) for axes in by_name[name](given).axes] for given in ([full], [full, bare])]
+        assert lines[0] == lines[1] != [0] * len(lines[0])
+    for name in ("fig1", "abstract"):
+        assert by_name[name]([full]).axes
+        assert not any(axes.has_data() for axes in by_name[name]([bare]).axes)
+
+
+def test_sensitivity_without_velocities_failed() -> None:
+    failed = replace(outcome(), measured={"equal_percentages": {"status": "failed", "error": "no velocity"}})
+    assert tables.sensitivities([failed]).rows == ()
+
+
+def test_every_step_of_the_paper_is_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    say = paper_command._Progress(Screen(json=False), "tight")
+    for done, (made, kept) in enumerate(((record(2.4), True), (Record({"status": "not_arrived"}), False)), start=1):
+        say(Step("fig2", made, done, 9, kept))
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == ["tight   1/9 fig2: expelled at 2.40 s (kept)", "tight   2/9 fig2: not arrived"]
+
+
+def test_a_real_run_is_measured() -> None:
+    """What it kept of the run is the run's own, thinned, in single precision."""
+    changes = {"grid.n_z": 200, "grid.n_z_wall": 100, "run.duration": "0.2 s"}
+    found = run_one(scenarios.configuration("baseline", changes=changes), measures.measure)
+    run = ps.run("baseline", changes)
+    assert found.status == run.status
+    assert found.numbers["travel_cm"] == run.summary["travel_cm"]
+    assert found.numbers["drift_cm"] == abs(run.arrays["pellet_position"][-1] - run.arrays["pellet_position"][0])
+    free = run.configuration.wall.radius
+    assert 1.0 < found.numbers["inflated_ratio"] < run.configuration.pellet.radius / free
+    assert found.numbers["pulses"] == int((run.arrays["event_kind"] == "pacemaker").sum())
+    assert len(found.arrays["time_step"]) == min(len(run.arrays["time_step"]), measures.TIMES)
+    assert {values.dtype for values in found.arrays.values()} == {np.dtype(np.float32)}
+    assert np.array_equal(found.arrays["time"], run.arrays["time"].astype(np.float32))
+    assert not {"drift_cm", "stops"} & set(
+        run_one(scenarios.configuration("resting", changes=changes), measures.measure).numbers
+    )
+
+
+def test_a_run_that_cannot_begin_is_a_record() -> None:
+    changes = {"grid.n_z": 40, "grid.n_z_wall": 40, "pellet.radius": "1.74 cm"}
+    found = run_one(scenarios.configuration("baseline", changes=changes), measures.measure)
+    assert found.status == "diverged"
+    assert "cannot hold this pellet" in found.numbers["error"]
+    assert not found.arrays

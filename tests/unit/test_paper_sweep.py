@@ -7,8 +7,10 @@ import pytest
 
 from peristalsis import scenarios
 from peristalsis.studies import sweep as module
+from peristalsis.studies.pool import Done
 from peristalsis.studies.sensitivity import shares, total_shares
 from peristalsis.studies.sweep import Record, Store, key_of, sweep
+from peristalsis.studies.threshold import Point, Threshold
 
 BASE = scenarios.configuration("resting")
 
@@ -107,3 +109,24 @@ def test_bands_hold_the_whole_and_open_where_one_level_decides() -> None:
     assert found.first_band[0] <= found.first <= found.first_band[1]
     assert found.first_band[0] == pytest.approx(0.0)
     assert found.second < found.first
+
+
+def test_processes_find_the_kernels_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compiled once before several processes are started, not for one; all are then carried out by as many."""
+    seen: list[object] = []
+
+    def carried_out(missing, work, workers: int):  # type: ignore[no-untyped-def]
+        seen.append(workers)
+        yield from (Done(key, Record({"status": "finished"})) for key in missing)
+
+    monkeypatch.setattr(module, "warm_up", lambda: seen.append("warm"))
+    monkeypatch.setattr(module, "carry_out", carried_out)
+    assert set(sweep(variants("1 s", "2 s"), tmp_path, None, workers=2)) == {"run 1 s", "run 2 s"}
+    assert seen == ["warm", 2]
+    sweep(variants("1 s", "2 s", "4 s"), tmp_path, None, workers=2)
+    assert seen == ["warm", 2, 2]
+
+
+def test_regions_of_a_threshold_leave_out_what_was_not_judged() -> None:
+    points = (Point(1.0, False), Point(1.5, None), Point(2.0, False), Point(3.0, True))
+    assert Threshold(2.0, 3.0, points, ()).regions() == ((1.0, 2.0, False), (3.0, 3.0, True))

@@ -5,6 +5,7 @@ from typing import get_args
 
 import pytest
 
+from peristalsis import parameters
 from peristalsis.config import FIELDS
 from peristalsis.errors import ReadingNotFound
 from peristalsis.parameters import PARAMETERS, READINGS, SOURCES, Parameter, Tag, shipped
@@ -106,3 +107,16 @@ def test_shipped_numbers_cannot_be_changed() -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         PARAMETERS["wall.c4"].value = 1.0  # type: ignore[misc]
     assert isinstance(PARAMETERS["wall.c4"], Parameter)
+
+
+def test_files_with_a_misspelt_tag_are_refused() -> None:
+    table = {"value": 1.0, "tag": "printd", "source": "Table 1", "description": "a number"}
+    with pytest.raises(ValueError, match=r"paper\.toml: wall\.radius has tag 'printd'; did you mean printed"):
+        parameters._parameter("paper", "wall.radius", table, "Paper")
+
+
+def test_a_number_has_one_source() -> None:
+    one, two = list(SOURCES.values())[:2]
+    twice = {"one": one, "two": dataclasses.replace(two, parameters=one.parameters)}
+    with pytest.raises(ValueError, match=rf"is given by {one.name}\.toml and by {two.name}\.toml; keep one"):
+        parameters._disjoint(twice)

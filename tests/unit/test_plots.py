@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import csv
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.text import Text
 
 import peristalsis as ps
-from peristalsis.errors import ConfigurationError
+from peristalsis.errors import ConfigurationError, WriteError
 from peristalsis.model.model import ACTIVATION_LEVEL
 from peristalsis.plots import Plots, data
 from peristalsis.plots.export import export_csv
-from peristalsis.plots.figures import currents, force_budget
+from peristalsis.plots.figures import currents, force_budget, manometry
 from peristalsis.plots.film import ffmpeg
 
 SMALL = {"grid.n_z": 300, "grid.n_z_wall": 100, "run.duration": "0.3 s"}
@@ -221,6 +224,76 @@ def test_film_as_mp4(run: ps.Result, tmp_path: Path) -> None:
     assert b"ftyp" in path.read_bytes()[:64]
 
 
+class Encoder:
+    """Stands in for ffmpeg: writes what it is given, or fails as it is told."""
+
+    def __init__(self, code: int = 0, said: bytes = b"") -> None:
+        self.returncode, self.stderr = code, said
+
+    def __call__(self, command: list[str], **options: Any) -> Encoder:
+        self.command, self.given = command, options["input"]
+        if self.returncode == 0:
+            Path(command[-1]).write_bytes(self.given)
+        return self
+
+
+def test_film_is_handed_to_ffmpeg_whole(run: ps.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Size and rate in its words, all pixels of all frames at its input, even sides."""
+    encoder = Encoder()
+    monkeypatch.setattr("peristalsis.plots.film.ffmpeg", lambda: "/bin/ffmpeg")
+    monkeypatch.setattr(subprocess, "run", encoder)
+    path = run.plot.film(tmp_path / "film.mp4", frames=3, rate=7)
+    words = encoder.command
+    width, height = (int(side) for side in words[words.index("-s") + 1].split("x"))
+    assert width % 2 == height % 2 == 0
+    assert path.stat().st_size == 3 * 3 * width * height
+    assert words[0] == "/bin/ffmpeg"
+    assert words[words.index("-r") + 1] == "7"
+    frames = np.frombuffer(encoder.given, np.uint8).reshape(3, height, width, 3)
+    assert (frames[0] != frames[2]).any()
+    assert [file.name for file in tmp_path.iterdir()] == ["film.mp4"]
+
+
+@pytest.mark.parametrize(
+    ("stderr", "said"), [(b"first\nUnknown encoder 'libx264'\n", "Unknown encoder 'libx264'"), (b"", "no reason given")]
+)
+def test_failure_of_ffmpeg_is_told_in_its_words(
+    run: ps.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stderr: bytes, said: str
+) -> None:
+    monkeypatch.setattr("peristalsis.plots.film.ffmpeg", lambda: "ffmpeg")
+    monkeypatch.setattr(subprocess, "run", Encoder(1, stderr))
+    with pytest.raises(ConfigurationError, match=rf"could not make.*{said}; name a \.gif"):
+        run.plot.film(tmp_path / "film.mp4", frames=1)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_ffmpeg_of_the_system_comes_before_that_of_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    extra = SimpleNamespace(get_ffmpeg_exe=lambda: "/extra/ffmpeg")
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", extra)  # type: ignore[arg-type]
+    monkeypatch.setattr(shutil, "which", lambda name: f"/usr/bin/{name}")
+    assert ffmpeg() == "/usr/bin/ffmpeg"
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    assert ffmpeg() == "/extra/ffmpeg"
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)  # type: ignore[arg-type]
+    assert ffmpeg() is None
+
+
+@pytest.mark.parametrize("count", [{"frames": 0}, {"frames": 2001}, {"rate": 0}, {"rate": 101}])
+def test_films_of_no_or_too_many_frames_are_refused(run: ps.Result, tmp_path: Path, count: dict[str, int]) -> None:
+    with pytest.raises(ConfigurationError, match="give 1 to 2000 frames, and a rate of 1 to 100"):
+        run.plot.film(tmp_path / "film.gif", **count)
+
+
+def test_film_of_a_single_frame_without_pellet(bare: ps.Result, tmp_path: Path) -> None:
+    """No speed to tell, no pellet to draw; a place that cannot be written is said."""
+    from PIL import Image
+
+    with Image.open(bare.plot.film(tmp_path / "film.gif", frames=1)) as film:
+        assert film.n_frames == 1
+    with pytest.raises(WriteError, match="choose another place"):
+        bare.plot.film(tmp_path / "film.gif" / "film.gif", frames=1)
+
+
 def test_csv_holds_the_numbers_to_the_last_bit(run: ps.Result, tmp_path: Path) -> None:
     export_csv(run, tmp_path)
     with (tmp_path / "curves.csv").open(newline="", encoding="ascii") as file:
@@ -233,3 +306,29 @@ def test_csv_holds_the_numbers_to_the_last_bit(run: ps.Result, tmp_path: Path) -
     assert [[float(cell) for cell in row[1:]] for row in rows] == run.arrays["radius"][:, :, 0].tolist()
     with (tmp_path / "events.csv").open(newline="", encoding="ascii") as file:
         assert [row[2] for row in csv.reader(file)][1:] == run.arrays["event_kind"].tolist()
+
+
+def test_isobars_are_drawn_where_they_occur(run: ps.Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Levels between the least and the largest pressure, as lines on the upper map, on its bar and in its title."""
+    top = float(data.manometry(run, manometry.SPACING)[2].max())
+    monkeypatch.setattr(manometry, "ISOBARS", (0.25 * top, 0.5 * top, 2.0 * top))
+    figure = run.plot.draw("manometry")
+    figure.draw_without_rendering()
+    titles = " ".join(axes.get_title(loc="left") for axes in figure.axes) + " ".join(
+        text.get_text() for text in figure.findobj(Text)
+    )
+    assert f"isobars {0.25 * top:g}, {0.5 * top:g} mmHg" in titles
+    monkeypatch.setattr(manometry, "ISOBARS", (2.0 * top,))
+    assert "isobars" not in " ".join(text.get_text() for text in run.plot.draw("manometry").findobj(Text))
+
+
+def test_figures_that_cannot_be_written_say_so(run: ps.Result, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(WriteError, match=r"could not write figures into .*choose another folder"):
+        run.plot.save(tmp_path / "file", ["track"])
+    with pytest.raises(WriteError, match=r"could not write CSV files into .*choose another folder"):
+        export_csv(run, tmp_path / "file")
+
+
+def test_figures_are_listed_beside_what_plots_can_do(run: ps.Result) -> None:
+    assert {"save", "film", *Plots.names()} <= set(dir(run.plot))

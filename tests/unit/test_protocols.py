@@ -79,6 +79,41 @@ def test_mistakes_are_one_sentence(text: str, says: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+def test_protocols_are_texts() -> None:
+    with pytest.raises(ConfigurationError, match="protocols = 5: give each as text; write for example"):
+        parse(5, UNITS)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("time [s],value [kPa]\n", "not a header and rows of two columns"),
+        ("time [s],value [kPa]\n0,1,2\n", "not a header and rows of two columns"),
+        ("time,value [kPa]\n0,1\n", "the header has no units"),
+        ("time [s],value\n0,1\n", "the header has no units"),
+        ("time [s],value [kPa]\n" + "".join(f"{k},1\n" for k in range(1001)), "has 1001 values, more than 1000"),
+        ("x" * 1_000_001, "is larger than 1000000 bytes; thin it out"),
+    ],
+    ids=["header alone", "three columns", "time without unit", "value without unit", "too many", "too large"],
+)
+def test_bad_tables_are_refused(tmp_path: Path, text: str, says: str) -> None:
+    file = tmp_path / "table.csv"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigurationError) as caught:
+        parse(f"lumen.pressure: table {file}", UNITS)
+    assert says in str(caught.value)
+
+
+def test_plain_numbers_have_no_unit(tmp_path: Path) -> None:
+    """In a table neither; a text that is no number is said to be none."""
+    units = {"circular.active": "1"}
+    file = tmp_path / "factor.csv"
+    file.write_text("time [s],factor\n0,0.5\n1,0.25\n", encoding="utf-8")
+    assert parse(f"circular.active: table {file}", units).values == (0.5, 0.25)
+    with pytest.raises(ConfigurationError, match=r"'half' is not a plain number for circular\.active; give one"):
+        parse("circular.active: step half at 0 s", units)
+
+
 def test_two_protocols_of_one_parameter_are_refused() -> None:
     line = "lumen.pressure: step 1 kPa at 0 s"
     with pytest.raises(ConfigurationError, match="two of them"):

@@ -132,3 +132,19 @@ def test_tracers_stay_in_the_content_and_evenly_spread() -> None:
     assert (s <= 1.0).all()
     counts, _, _ = np.histogram2d(s, y, bins=(5, 4), range=((0, 1), (0, 1)))
     assert counts == pytest.approx(np.full((5, 4), 400.0), rel=0.15)
+
+
+def test_way_of_fewer_than_two_bins_has_no_irregularity() -> None:
+    assert q.irregularity(TIME, 2.0 * TIME, bin_length=1.0) is None
+
+
+def test_pellet_that_does_not_move_has_no_stops() -> None:
+    """It is not on its way, so it does not stop on it."""
+    assert q.stops(TIME, np.zeros_like(TIME)) == 0
+
+
+def test_turning_points_of_a_pellet_that_goes_back_first() -> None:
+    """Swings below the least are none; the first place and the last extreme belong to them."""
+    track = np.array([5.0, 4.9, 4.0, 4.05, 3.0, 6.0, 5.95, 2.0])
+    assert q.turning_points(track, 0.5) == pytest.approx([5.0, 3.0, 6.0, 2.0])
+    assert q.turning_points(10.0 - track, 0.5) == pytest.approx([5.0, 7.0, 4.0, 8.0])

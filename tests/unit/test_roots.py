@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from peristalsis.numerics import roots
 from peristalsis.numerics.roots import find_root
 
 
@@ -35,3 +36,13 @@ def test_smooth_roots_take_few_calls() -> None:
 def test_no_change_of_sign_is_an_error() -> None:
     with pytest.raises(ValueError, match="no change of sign between 1 and 2"):
         find_root(lambda x: x, 1.0, 2.0)
+
+
+def test_search_ends_with_its_best_where_iterations_run_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One call an iteration beside those at the ends; the last place is inside of the range, and nearer than they."""
+    monkeypatch.setattr(roots, "ITERATIONS", 3)
+    calls: list[float] = []
+    found = find_root(lambda x: calls.append(x) or x * x - 2.0, 0.0, 2.0, 1e-13)  # type: ignore[func-returns-value]
+    assert len(calls) == 5
+    assert found == calls[-1]
+    assert 0.0 < abs(found - math.sqrt(2.0)) < 0.5

@@ -2,13 +2,17 @@
 
 import copy
 from dataclasses import fields, is_dataclass
+from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from peristalsis.errors import DivergenceError
-from peristalsis.model.step import advance, muscle_drive
+from peristalsis.model.fields import axial_tension_of_elements
+from peristalsis.model.step import _sensed_tension, advance, muscle_drive
+from peristalsis.observers import StopConditions
 from peristalsis.verification.exact.runs import IDLE, march, moved, started
 
 
@@ -81,3 +85,54 @@ def test_muscle_pulls_only_when_depolarised() -> None:
     )
     assert muscle_drive(model, model.longitudinal, raised) == pytest.approx(20.0, rel=1e-13)
     assert muscle_drive(model, model.circular, raised) == pytest.approx(10.0, rel=1e-13)
+
+
+PLACES = np.array([1.0, 2.0, 2.5, 2.505, 2.507, 2.508])
+
+
+@pytest.mark.parametrize(
+    ("arrested", "stops"), [(True, [None] * 3 + ["the pellet has come to rest"] * 2), (False, [None] * 5)]
+)
+def test_pellet_that_rests_for_a_second_stops_the_run(arrested: bool, stops: list[str | None]) -> None:
+    """With steps of half a second: within 0.1 mm of where it was two steps ago, and not at the start."""
+    model = SimpleNamespace(pellet=SimpleNamespace(present=True), dt_wall=0.5)
+    states = [SimpleNamespace(pellet=SimpleNamespace(position=place)) for place in PLACES]
+    watch = StopConditions(9.0, arrested)
+    watch.start(model, states[0])  # type: ignore[arg-type]
+    said = [watch.see(model, *pair, None) for pair in pairwise(states)]  # type: ignore[arg-type]
+    assert said == stops
+    waiting = StopConditions(9.0, arrested)
+    waiting.start(model, states[0])  # type: ignore[arg-type]
+    assert [waiting.see(model, states[0], states[0], None) for _ in range(5)] == [None] * 5  # type: ignore[arg-type]
+
+
+def test_pellet_that_reaches_its_place_stops_the_run() -> None:
+    model = SimpleNamespace(pellet=SimpleNamespace(present=True), dt_wall=0.5)
+    states = [SimpleNamespace(pellet=SimpleNamespace(position=place)) for place in PLACES]
+    watch = StopConditions(2.0, when_arrested=False)
+    said = [watch.see(model, *pair, None) for pair in pairwise(states)]  # type: ignore[arg-type]
+    assert said == ["the pellet has reached 2 cm", None, None, None, None]
+    empty = SimpleNamespace(pellet=SimpleNamespace(present=False))
+    assert watch.see(empty, *states[:2], None) is None  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("changes", [{}, {"grid.n_theta": 4, "grid.n_theta_conduction": 4}])
+def test_total_tension_of_the_trigger_is_linear_between_elements(changes: dict[str, Any]) -> None:
+    """On one column and on several."""
+    model, state = started(IDLE, {"grid.n_z": 40, "grid.n_z_wall": 20, "trigger.rule": "total", **changes})
+    tension = axial_tension_of_elements(state.wall, model.wall)
+    found = _sensed_tension(model, state.longitudinal, state.wall)
+    assert found.shape == state.longitudinal.potential.shape
+    middle = 0.5 * (model.grid.nodes[1:] + model.grid.nodes[:-1])
+    for column in found.T:
+        assert np.allclose(column, np.interp(model.grid.cells, middle, tension[:, 0]), rtol=1e-12)
+
+
+def test_layer_that_does_not_conduct_keeps_its_cells_apart() -> None:
+    """A driven cell of one column fires alone, on the implicit scheme and in steps of its own."""
+    quiet = {"longitudinal.conduction": False, "grid.n_z": 40, "grid.n_z_wall": 40}
+    taken = march(0.1, quiet)
+    reached = np.isfinite(taken.last.longitudinal.first_activation[:, 0])
+    driven = taken.model.grid.cells < 1e-9 + taken.model.grid.cells[int(reached.sum()) - 1]
+    assert 0 < reached.sum() < 10
+    assert np.array_equal(reached, driven | (np.arange(40) == int(reached.sum()) - 1))

@@ -11,6 +11,7 @@ import xml.etree.ElementTree as ElementTree
 import zlib
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -425,6 +426,149 @@ def test_a_film_in_space_has_its_frames(run: ps.Result, tmp_path: Path) -> None:
 
     with Image.open(run.plot.scene(tmp_path / "scene.gif", frames=3)) as film:
         assert film.n_frames == 3
+
+
+class Mesh:
+    """A surface as the graphics library holds it."""
+
+    def __init__(self, points: Any, faces: Any) -> None:
+        self.points, self.faces, self.point_data = points, faces, dict[str, Any]()
+        self.center = tuple(0.5 * (points.min(axis=0) + points.max(axis=0)))
+
+    def scale(self, factor: float, point: tuple[float, ...]) -> Mesh:
+        middle = np.asarray(point)
+        return Mesh(middle + factor * (self.points - middle), self.faces)
+
+
+class Plotter:
+    """A plotter that keeps what it is told; a frame's picture is grey, with a band as wide as its number."""
+
+    def __init__(self, off_screen: bool, window_size: list[int], lighting: str) -> None:
+        self.off_screen, self.size, self.closed = off_screen, window_size, False
+        self.meshes: list[dict[str, Mesh]] = [{}]
+        self.options: dict[str, dict[str, Any]] = {}
+        self.texts: list[str] = []
+        self.camera = SimpleNamespace()
+
+    def set_background(self, colour: str) -> None:
+        self.background = colour
+
+    def add_mesh(self, mesh: Mesh, name: str, **options: Any) -> None:
+        self.meshes[-1][name], self.options[name] = mesh, options
+
+    def add_text(self, text: str, **options: Any) -> None:
+        self.texts.append(text)
+
+    def screenshot(self, return_img: bool) -> Any:
+        self.meshes.append({})
+        picture = np.full((self.size[1], self.size[0], 3), 215, np.uint8)
+        picture[: 9 * len(self.texts)] = 40
+        return picture
+
+    def close(self) -> None:
+        self.closed = True
+
+
+@pytest.fixture
+def plotters(monkeypatch: pytest.MonkeyPatch) -> list[Plotter]:
+    """All plotters that are made of a graphics library that stands in for the real one."""
+    made: list[Plotter] = []
+
+    def plotter(**options: Any) -> Plotter:
+        made.append(Plotter(**options))
+        return made[-1]
+
+    library = SimpleNamespace(Plotter=plotter, PolyData=Mesh, vtk_verbosity=lambda level: None)
+    monkeypatch.setitem(sys.modules, "pyvista", library)  # type: ignore[arg-type]
+    monkeypatch.setattr(scene, "problem", lambda: None)
+    return made
+
+
+def test_picture_is_of_the_time_asked_for(run: ps.Result, tmp_path: Path, plotters: list[Plotter]) -> None:
+    """The wall without the quarter before the camera, the pellet a hundredth smaller at its place, both in words."""
+    from PIL import Image
+
+    with Image.open(run.plot.scene(tmp_path / "new" / "scene.png", time=0.1, colour="radius")) as picture:
+        assert picture.size == scene.SIZE
+        assert [picture.getpixel((0, row)) for row in (8, 9)] == [(40,) * 3, (215,) * 3]
+    assert [file.name for file in (tmp_path / "new").iterdir()] == ["scene.png"]
+    (plotter,) = plotters
+    assert plotter.off_screen
+    assert plotter.closed
+    frame = data.frames_at(run, [0.1])[0]
+    wall, pellet = plotter.meshes[0]["wall"], plotter.meshes[0]["pellet"]
+    whole = surface.wall(run, frame)
+    corners = wall.faces.reshape(-1, 5)
+    assert np.all(corners[:, 0] == 4)
+    assert len(corners) == pytest.approx((1.0 - scene.CUT / 360.0) * len(whole.quads), rel=0.03)
+    middle = wall.points[corners[:, 1:]].mean(axis=1)
+    turn = np.rad2deg(np.arctan2(middle[:, 1], middle[:, 0]))
+    assert not np.any((turn > 20.0) & (turn < 100.0)), "nothing is left between the camera and the pellet"
+    assert np.array_equal(wall.point_data["radius [cm]"], whole.fields["radius [cm]"])
+    radius = run.configuration.pellet.radius
+    assert np.ptp(pellet.points[:, 2]) == pytest.approx(0.99 * 2.0 * radius)
+    assert pellet.center[2] == pytest.approx(data.at_frames(run, "pellet_position")[frame])
+    assert plotter.options["wall"]["scalars"] == "radius [cm]"
+    shown = run.arrays["radius"]
+    assert plotter.options["wall"]["clim"] == pytest.approx((shown.min(), shown.max()))
+    assert plotter.texts == [f"baseline, t = {run.arrays['time'][frame]:.2f} s; oral end left, 10 cm"]
+
+
+@pytest.mark.parametrize(
+    ("colour", "map_"), [("stretch_circumferential", "RdBu"), ("active_tension_longitudinal", "viridis")]
+)
+def test_stretches_diverge_from_the_undeformed_length(
+    run: ps.Result, tmp_path: Path, plotters: list[Plotter], colour: str, map_: str
+) -> None:
+    """Colours of a stretch lie as far on either side of one as it goes; by default at the hardest contact."""
+    run.plot.scene(tmp_path / "scene.png", colour=colour)
+    options = plotters[0].options["wall"]
+    low, high = options["clim"]
+    assert options["cmap"] == map_
+    values = run.arrays[colour]
+    if colour.startswith("stretch"):
+        assert (1.0 - low, high - 1.0) == pytest.approx([np.abs(values - 1.0).max()] * 2)
+    else:
+        assert (low, high) == pytest.approx((values.min(), max(values.max(), values.min() + 1e-6)))
+    frame = surface_maps.default_frame(run)
+    assert f"t = {run.arrays['time'][frame]:.2f} s" in plotters[0].texts[0]
+
+
+def test_film_in_space_is_of_one_camera(wide: ps.Result, tmp_path: Path, plotters: list[Plotter]) -> None:
+    """All frames with one plotter of half the size; the scale of colours stays."""
+    from PIL import Image
+
+    with Image.open(wide.plot.scene(tmp_path / "scene.gif", frames=3, rate=10)) as film:
+        assert film.n_frames == 3
+        assert film.size == (scene.SIZE[0] // 2, scene.SIZE[1] // 2)
+    (plotter,) = plotters
+    times = [wide.arrays["time"][frame] for frame in data.spread_frames(wide, 3)]
+    assert [text.split("t = ")[1][:4] for text in plotter.texts] == [f"{time:.2f}" for time in times]
+    places = [frame["pellet"].center[2] for frame in plotter.meshes[:-1]]
+    assert places == pytest.approx(data.at_frames(wide, "pellet_position")[data.spread_frames(wide, 3)])
+
+
+def test_scene_without_pellet_has_a_wall(run: ps.Result, tmp_path: Path, plotters: list[Plotter]) -> None:
+    bare = replace(run, configuration=run.configuration.with_changes({"pellet.enabled": False}))
+    assert not data.has_pellet(bare)
+    bare.plot.scene(tmp_path / "scene.png")
+    assert set(plotters[0].meshes[0]) == {"wall"}
+
+
+def test_scene_that_cannot_be_written_says_so(run: ps.Result, tmp_path: Path, plotters: list[Plotter]) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(WriteError, match="choose another place"):
+        run.plot.scene(tmp_path / "file" / "scene.png")
+    assert plotters[0].closed
+
+
+def test_a_library_that_can_draw_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scene.subprocess, "run", lambda *_, **__: Done(0))
+    scene.problem.cache_clear()
+    try:
+        assert scene.problem() is None
+    finally:
+        scene.problem.cache_clear()
 
 
 # --- what is stored ---------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -120,3 +121,14 @@ def test_unwritable_place_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 def test_report_decides_nothing() -> None:
     """Verdict words come from the problems; the pages only count them."""
     assert report.VERDICTS == ("pass", "fail", "not applicable", "elsewhere")
+
+
+def test_ids_are_given_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = SimpleNamespace(PROBLEMS=(MADE_UP[0], MADE_UP[0]))
+    monkeypatch.setattr(registry.importlib, "import_module", lambda name: module)
+    registry.problems.cache_clear()
+    try:
+        with pytest.raises(ValueError, match="E1 is defined twice; give 'Good' an id of its own"):
+            registry.problems()
+    finally:
+        registry.problems.cache_clear()

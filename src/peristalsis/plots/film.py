@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import uuid
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -76,7 +77,8 @@ def write_film(pictures: list[Image.Image], target: Path, rate: int) -> Path:
             f"could not write {shown(str(target))}: {error.strerror or error}; choose another place"
         ) from None
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # where there is no folder, there is nothing in it either
+            temporary.unlink()
     return target
 
 

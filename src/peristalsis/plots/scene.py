@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 import uuid
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -227,4 +228,5 @@ def _save(picture: Image.Image, target: Path) -> None:
             f"could not write {shown(str(target))}: {error.strerror or error}; choose another place"
         ) from None
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # where there is no folder, there is nothing in it either
+            temporary.unlink()

@@ -71,6 +71,7 @@ def run(bench: Bench) -> Findings:
     per_gut = GUT / runs["until"]
     transit = runs["transit"]
     late = None if transit is None else 100.0 * (transit / converged["transit"] - 1.0)
+    arrived = "none" if transit is None else f"{transit:.4f}"
     rms = 10.0 * track_error(runs, converged)
     figures = [
         Figure(
@@ -87,7 +88,7 @@ def run(bench: Bench) -> Findings:
             "ns",
             note="steps of the cells of both sheets, and of the wall's nodes",
         ),
-        Figure("transit less converged", late, "%", note=f"{transit:.4f} against {converged['transit']:.4f} s"),
+        Figure("transit less converged", late, "%", note=f"{arrived} against {converged['transit']:.4f} s"),
         Figure("track, rms difference to converged", rms, "mm", note="of 79 mm of travel"),
         Figure(
             "whole process, warm, wall", process["wall"], "s", high=2.0, note=f"cpu {process['cpu']:.3g} s, no plots"
