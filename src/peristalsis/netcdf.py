@@ -16,7 +16,7 @@ LARGE = 10_000
 
 
 def netcdf_image(arrays: Mapping[str, NDArray[Any]], attributes: Mapping[str, str | int]) -> bytes:
-    """The content of a file with these outputs, each with its dimensions, unit and long name.
+    """The content of a file with these outputs, numbers or texts, each with its dimensions, unit and long name.
 
     Built in memory: the HDF5 library does not survive a disk that fills up under an open file.
     """
@@ -34,7 +34,7 @@ def netcdf_image(arrays: Mapping[str, NDArray[Any]], attributes: Mapping[str, st
             more: dict[str, Any] = {}
             if values.dtype.kind in "OUT":
                 values, more["dtype"] = values.astype(object), h5py.string_dtype()
-            elif values.dtype.kind == "f":
+            else:
                 more["fillvalue"] = np.nan
             if values.size > LARGE:
                 more |= {"compression": "gzip", "compression_opts": 1, "shuffle": True}

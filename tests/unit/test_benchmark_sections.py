@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from peristalsis.benchmark import kernels, machine
+from peristalsis.benchmark import kernels
 from peristalsis.benchmark.clock import Spent, Timing
 from peristalsis.benchmark.ledger import Ledger
 from peristalsis.benchmark.parts import STEP
@@ -151,7 +151,7 @@ def test_workers_that_halve_the_time_meet_the_aim() -> None:
 
 
 def test_one_processor_compares_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(machine, "cores", lambda: 1)
+    monkeypatch.setattr(workers, "processors", lambda: 1)
     found = workers.run(Told(lambda name: pytest.fail("measured")))
     assert found.figures == ()
     assert "one processor only" in found.notes[0]

@@ -30,6 +30,7 @@ from peristalsis.cli.report import number_text
 from peristalsis.cli.stored import labels
 from peristalsis.cli.streams import ForgivingStream, RunProgress, Screen, spelled
 from peristalsis.errors import ConfigurationError, DivergenceError
+from peristalsis.netcdf import netcdf_image
 from peristalsis.plots import Plots
 from peristalsis.result import Result
 from peristalsis.runner import KeptRun
@@ -460,14 +461,12 @@ def test_interrupted_while_drawing_keeps_the_numbers(
 def test_writing_is_not_cut_in_two(
     number: signal.Signals, here: Path, at_once: Result, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
-    write = Result._encoding
-
-    def signalled(result: Result) -> Any:
+    def signalled(*words: Any) -> bytes:
         os.kill(os.getpid(), number)
-        return write(result)
+        return netcdf_image(*words)
 
     before = signal.getsignal(number)
-    monkeypatch.setattr(Result, "_encoding", signalled)
+    monkeypatch.setattr("peristalsis.result.netcdf_image", signalled)
     assert main(["run", "baseline"]) == 130
     assert contents(here / "out") == {"baseline"}
     assert contents(here / "out/baseline") == NUMBERS
@@ -478,11 +477,11 @@ def test_writing_is_not_cut_in_two(
 def test_a_second_signal_gives_up_writing_and_cleans_up(
     here: Path, at_once: Result, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
-    def twice(result: Result) -> Any:
+    def twice(*words: Any) -> None:
         os.kill(os.getpid(), signal.SIGINT)
         os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr(Result, "_encoding", twice)
+    monkeypatch.setattr("peristalsis.result.netcdf_image", twice)
     assert main(["run", "baseline"]) == 130
     assert capsys.readouterr().err == "interrupted; nothing was written\n"
     assert contents(here) == set()
