@@ -102,7 +102,10 @@ def surface_end_reactions(wall: WallState, c: WallConstants, pressure: float) ->
     forces = []
     for element, outer in ((0, (0, 1, 2)), (-1, (-3, -2, -1))):
         step = np.diff(wall.position[:, :, 2], axis=0)[element]
-        tension = _nominal(found, wall, c, element) * step / (found.axial[element] * c.element_size)
+        row = element % found.axial.shape[0]
+        nominal = np.empty(found.axial.shape[1])
+        _nominal(found.axial, found.hoop, wall.stretch_rate, wall.hoop_rate, wall.drive, row, c, nominal)
+        tension = nominal * step / (found.axial[element] * c.element_size)
         bent, bending = (field[list(outer), :, 2].T @ (1.0, -2.0, 1.0) for field in (wall.position, wall.velocity))
         sign = -1.0 if element == 0 else 1.0
         tension = tension + sign * (c.bending_stiffness * bent + c.bending_viscosity * bending) / c.element_size**3
@@ -111,28 +114,37 @@ def surface_end_reactions(wall: WallState, c: WallConstants, pressure: float) ->
     return forces[0], forces[1]
 
 
-def _nominal(found: Stretches, wall: WallState, c: WallConstants, element: int) -> Floats:
-    """N_l of one row of elements, mean of its corners [mN/cm], (n_theta,), Eq. (35)."""
-    elements, columns = found.axial.shape
-    e = element % elements
-    total = np.zeros(columns)
+@compiled
+def _nominal(
+    stretch: np.ndarray,
+    hoop: np.ndarray,
+    stretch_rate: np.ndarray,
+    hoop_rate: np.ndarray,
+    drive: np.ndarray,
+    e: int,
+    c: WallConstants,
+    out: np.ndarray,
+) -> None:
+    """N_l of row e of elements, mean of its corners [mN/cm], into `out` (n_theta,), Eq. (35)."""
     one = np.empty(PARTS)
-    for j in range(columns):
+    m = stretch.shape[1]
+    for j in range(m):
+        out[j] = 0.0
         for end in range(2):
-            for k in (j - 1, j):
+            i = e + end
+            for k in (j - 1 if j > 0 else m - 1, j):
                 corner_tension(
-                    found.axial[e, j],
-                    found.hoop[e + end, k],
-                    wall.stretch_rate[e, j],
-                    wall.hoop_rate[e + end, k],
-                    wall.drive[0, 2 * e + end, j],
-                    wall.drive[1, 2 * e + end, j],
+                    stretch[e, j],
+                    hoop[i, k],
+                    stretch_rate[e, j],
+                    hoop_rate[i, k],
+                    drive[0, 2 * e + end, j],
+                    drive[1, 2 * e + end, j],
                     c,
                     one,
                 )
-                across = found.hoop[e + end, k] if c.published else 1.0
-                total[j] += 0.25 * one[TOTAL_LONGITUDINAL] * across
-    return total
+                across = hoop[i, k] if c.published else 1.0
+                out[j] += 0.25 * one[TOTAL_LONGITUDINAL] * across
 
 
 class SurfaceContact(NamedTuple):
