@@ -49,8 +49,9 @@ def _second_process() -> Iterator[subprocess.Popen[bytes] | None]:
     from .numerics.compiled import CACHE_FOLDER
     from .numerics.sources import PACKAGE, kernel_digest
 
-    sheet = PACKAGE / "tissue" / "sheet.py"
-    cold = CACHE_FOLDER is not None and not (CACHE_FOLDER / kernel_digest(sheet)).is_dir()
+    # numba makes the folder when a kernel is decorated; what it has compiled are files in it.
+    folder = None if CACHE_FOLDER is None else CACHE_FOLDER / kernel_digest(PACKAGE / "tissue" / "sheet.py")
+    cold = folder is not None and next(folder.rglob("*.advance_sheet-*.nbc"), None) is None
     if not cold or processors() < 2 or not sys.executable:
         yield None
         return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ from peristalsis.build import build
 from peristalsis.config import Configuration
 from peristalsis.model.initial import initial_state, straight_state
 from peristalsis.model.step import advance_tissue
+from peristalsis.numerics.sources import PACKAGE, kernel_digest
 
 
 class Started:
@@ -64,9 +66,9 @@ def test_no_second_process_where_it_cannot_help(
     started: Started, reason: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     if reason == "cached":
-        from peristalsis.numerics.sources import PACKAGE, kernel_digest
-
-        (tmp_path / kernel_digest(PACKAGE / "tissue" / "sheet.py")).mkdir()
+        folder = tmp_path / kernel_digest(PACKAGE / "tissue" / "sheet.py")
+        (folder / "tissue_1").mkdir(parents=True)
+        (folder / "tissue_1" / "sheet.advance_sheet-160.py311.1.nbc").touch()
     elif reason == "no cache":
         monkeypatch.setattr("peristalsis.numerics.compiled.CACHE_FOLDER", None)
     else:
@@ -81,6 +83,30 @@ def test_a_process_that_cannot_start_is_done_without(started: Started, monkeypat
         raise OSError("no more processes")
 
     monkeypatch.setattr(subprocess, "Popen", refused)
+    with warm_up._second_process() as helper:
+        assert helper is None
+
+
+def test_folders_that_numba_makes_for_a_decorated_kernel_are_an_empty_cache(tmp_path: Path) -> None:
+    source = """
+import peristalsis.environment
+peristalsis.environment.processors = lambda: 2
+from peristalsis import warm_up
+from peristalsis.tissue import sheet
+with warm_up._second_process() as helper:
+    print(helper is not None)
+"""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    words = [sys.executable, "-c", source]
+    done = subprocess.run(words, capture_output=True, text=True, check=True, env=environment)
+    assert done.stdout.split() == ["True"]
+    assert any(tmp_path.iterdir())
+
+
+def test_what_has_been_compiled_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the names that numba gives its files."""
+    monkeypatch.setattr("peristalsis.environment.processors", lambda: 2)
+    warm_up.compile_tissue()
     with warm_up._second_process() as helper:
         assert helper is None
 
