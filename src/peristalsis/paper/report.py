@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import html
 import os
-import uuid
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING
 from .._version import __version__
 from ..errors import WriteError, shown
 from ..plots import style
+from ..plots.placing import whole
 from .claims import CLAIMS
 from .experiments import Outcome
 from .figures import FIGURES, PaperFigure
@@ -94,12 +94,8 @@ def _write_figure(figure: PaperFigure, outcomes: Sequence[Outcome], folder: Path
 
 
 def _write(path: Path, content: bytes) -> None:
-    temporary = path.parent / f".tmp-{uuid.uuid4().hex[:8]}"
-    try:
+    with whole(path) as temporary:
         temporary.write_bytes(content)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def page_of(tables: Sequence[Table], figures: Sequence[tuple[PaperFigure, bytes]], note: str = "") -> str:

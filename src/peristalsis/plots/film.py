@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import os
 import shutil
-import uuid
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import ConfigurationError, WriteError, shown
+from ..errors import ConfigurationError, shown
 from . import data, style
 from .figures.wall_shapes import segment_values, segments, tension_colours
+from .placing import whole_in_folder
 
 if TYPE_CHECKING:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -62,23 +61,12 @@ def write_film(pictures: list[Image.Image], target: Path, rate: int) -> Path:
     Raises ConfigurationError where ffmpeg is missing or fails, WriteError if the file cannot be written.
     """
     require(target)
-    ending = target.suffix.lower()
-    program = ffmpeg() if ending == ".mp4" else None
-    temporary = target.parent / f".tmp-{uuid.uuid4().hex[:8]}{ending}"
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+    program = ffmpeg() if target.suffix.lower() == ".mp4" else None
+    with whole_in_folder(target) as temporary:
         if program is None:
             _write_gif(pictures, temporary, rate)
         else:
             _write_mp4(pictures, temporary, rate, program)
-        os.replace(temporary, target)
-    except OSError as error:
-        raise WriteError(
-            f"could not write {shown(str(target))}: {error.strerror or error}; choose another place"
-        ) from None
-    finally:
-        with suppress(OSError):  # where there is no folder, there is nothing in it either
-            temporary.unlink()
     return target
 
 

@@ -9,17 +9,16 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import uuid
-from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..errors import ConfigurationError, WriteError, shown
+from ..errors import ConfigurationError, shown
 from ..names import FIELDS, OUTPUTS
 from . import data, surface
+from .placing import whole_in_folder
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -218,15 +217,5 @@ def _mesh(part: surface.Surface) -> Any:
 
 
 def _save(picture: Image.Image, target: Path) -> None:
-    temporary = target.parent / f".tmp-{uuid.uuid4().hex[:8]}{target.suffix}"
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+    with whole_in_folder(target) as temporary:
         picture.save(temporary)
-        os.replace(temporary, target)
-    except OSError as error:
-        raise WriteError(
-            f"could not write {shown(str(target))}: {error.strerror or error}; choose another place"
-        ) from None
-    finally:
-        with suppress(OSError):  # where there is no folder, there is nothing in it either
-            temporary.unlink()

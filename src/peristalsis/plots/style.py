@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import uuid
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +11,7 @@ import numpy as np
 
 from . import data
 from .data import Floats
+from .placing import whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -243,10 +242,5 @@ def write(figure: Canvas, path: Path, title: str, caption: str) -> None:
         "pdf": {"Title": title, "Subject": caption, "CreationDate": None},
     }
     ending = path.suffix.removeprefix(".")
-    temporary = path.parent / f".tmp-{uuid.uuid4().hex[:8]}.{ending}"
-    try:
-        with applied():
-            figure.savefig(temporary, format=ending, metadata=described[ending])
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with whole(path) as temporary, applied():
+        figure.savefig(temporary, format=ending, metadata=described[ending])
