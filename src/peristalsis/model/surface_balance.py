@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from ..geometry.surface import surface_volume, to_frames
 from ..numerics.compiled import compiled
-from ..wall.membrane import PARTS, WallConstants, corner_tension
+from ..wall.membrane import PARTS, WallConstants
 from ..wall.surface_regularisers import SurfaceConstants
 from .state import WallState
-from .surface_fields import padded_frames, regulariser_forces, surface_stretches
+from .surface_fields import corner_of_surface, padded_frames, regulariser_forces, surface_stretches
 
 Floats = NDArray[np.float64]
 
@@ -71,19 +71,14 @@ def _corner_work(
     for e in range(stretch_0.shape[0]):
         for end in range(2):
             i = e + end
-            d = 2 * e + end
             for j in range(m):
                 for k in (j - 1 if j > 0 else m - 1, j):
                     l_0 = stretch_0[e, j]
                     l_1 = stretch_1[e, j]
                     c_0 = hoop_0[i, k]
                     c_1 = hoop_1[i, k]
-                    corner_tension(
-                        l_0, c_0, stretch_rate_0[e, j], hoop_rate_0[i, k], drive_0[0, d, j], drive_0[1, d, j], c, old
-                    )
-                    corner_tension(
-                        l_1, c_1, stretch_rate_1[e, j], hoop_rate_1[i, k], drive_1[0, d, j], drive_1[1, d, j], c, new
-                    )
+                    corner_of_surface(stretch_0, hoop_0, stretch_rate_0, hoop_rate_0, drive_0, e, end, j, k, c, old)
+                    corner_of_surface(stretch_1, hoop_1, stretch_rate_1, hoop_rate_1, drive_1, e, end, j, k, c, new)
                     for layer in range(2):
                         across_0 = (l_0 if layer else c_0) if c.published else 1.0
                         across_1 = (l_1 if layer else c_1) if c.published else 1.0

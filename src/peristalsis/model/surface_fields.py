@@ -63,6 +63,33 @@ def surface_corner_tensions(wall: WallState, constants: WallConstants) -> Floats
 
 
 @compiled
+def corner_of_surface(
+    stretch: np.ndarray,
+    hoop: np.ndarray,
+    stretch_rate: np.ndarray,
+    hoop_rate: np.ndarray,
+    drive: np.ndarray,
+    e: int,
+    end: int,
+    j: int,
+    k: int,
+    c: WallConstants,
+    out: np.ndarray,
+) -> None:
+    """Parts of the tension at an end (0 or 1) of element e of column j, with the edge k around the ring, into `out`."""
+    corner_tension(
+        stretch[e, j],
+        hoop[e + end, k],
+        stretch_rate[e, j],
+        hoop_rate[e + end, k],
+        drive[0, 2 * e + end, j],
+        drive[1, 2 * e + end, j],
+        c,
+        out,
+    )
+
+
+@compiled
 def _corners(
     stretch: np.ndarray,
     hoop: np.ndarray,
@@ -77,19 +104,9 @@ def _corners(
     out[:] = 0.0
     for e in range(stretch.shape[0]):
         for end in range(2):
-            i = e + end
             for j in range(m):
                 for k in (j - 1 if j > 0 else m - 1, j):
-                    corner_tension(
-                        stretch[e, j],
-                        hoop[i, k],
-                        stretch_rate[e, j],
-                        hoop_rate[i, k],
-                        drive[0, 2 * e + end, j],
-                        drive[1, 2 * e + end, j],
-                        c,
-                        one,
-                    )
+                    corner_of_surface(stretch, hoop, stretch_rate, hoop_rate, drive, e, end, j, k, c, one)
                     for part in range(PARTS):
                         out[e, end, j, part] += 0.5 * one[part]
 
@@ -131,19 +148,9 @@ def _nominal(
     for j in range(m):
         out[j] = 0.0
         for end in range(2):
-            i = e + end
             for k in (j - 1 if j > 0 else m - 1, j):
-                corner_tension(
-                    stretch[e, j],
-                    hoop[i, k],
-                    stretch_rate[e, j],
-                    hoop_rate[i, k],
-                    drive[0, 2 * e + end, j],
-                    drive[1, 2 * e + end, j],
-                    c,
-                    one,
-                )
-                across = hoop[i, k] if c.published else 1.0
+                corner_of_surface(stretch, hoop, stretch_rate, hoop_rate, drive, e, end, j, k, c, one)
+                across = hoop[e + end, k] if c.published else 1.0
                 out[j] += 0.25 * one[TOTAL_LONGITUDINAL] * across
 
 
