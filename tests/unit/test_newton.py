@@ -24,7 +24,7 @@ from peristalsis.model.equilibrium import (
     solve_equilibrium,
 )
 from peristalsis.pellet.sphere import volume
-from peristalsis.verification.exact.wall import COUPLED, wall_constants
+from peristalsis.verification.exact.wall import COUPLED, settle, wall_constants
 
 Floats = np.ndarray
 
@@ -242,32 +242,9 @@ def test_residuals_are_weighed_by_their_units() -> None:
 
 def inflated(*pressures: float) -> tuple[Floats, list[int]]:
     """Radii of a tube under the last of these pressures [mN/cm^2], put on one after the other; iterations for each."""
-    wall, n = wall_constants(ELEMENTS, 6.0, passive=COUPLED), ELEMENTS + 1
-    rho, zeta, counts = np.full(n, wall.radius), np.linspace(0.0, 6.3, n), []
-    for pressure in pressures:
-        code, iterations, _ = solve_equilibrium(
-            rho,
-            zeta,
-            np.zeros(n),
-            np.array([pressure, 0.0, 0.0]),
-            np.zeros((2, n)),
-            np.zeros((2, n)),
-            np.ones(n - 1),
-            np.ones(n),
-            np.zeros(2 * n - 2),
-            np.zeros(2 * n - 2),
-            np.zeros(n),
-            Step(0.0, False, 0.0, 0.0),
-            wall,
-            PelletConstants(False, 0.5, 1.0, 0.0, 0.0, 0.0),
-            LumenConstants(pressure, 1.0, 0.0),
-            1e-11,
-            1e-12,
-            60,
-        )
-        assert code == CONVERGED
-        counts.append(iterations)
-    return rho, counts
+    wall = wall_constants(ELEMENTS, 6.0, passive=COUPLED)
+    rho, zeta = np.full(ELEMENTS + 1, wall.radius), np.linspace(0.0, 6.3, ELEMENTS + 1)
+    return rho, [settle(rho, zeta, pressure, wall) for pressure in pressures]
 
 
 @pytest.mark.parametrize("pressure", [25.0, 27.0])

@@ -174,8 +174,8 @@ def axial_invariants(rho: Floats, zeta: Floats, pressure: float, c: WallConstant
     return force, energy(stretch, middle, c.passive) - stretch * gradient(stretch, middle, c.passive)[0]
 
 
-def settle(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, drive: float = 0.0) -> None:
-    """Static equilibrium at constant pressure, in place; the end nodes stay where they are.
+def settle(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, drive: float = 0.0) -> int:
+    """Static equilibrium at constant pressure, in place; the end nodes stay where they are. Newton iterations it took.
 
     The tolerance is what rounding leaves: positions to one part in 2^52, over h twice for a force on a node.
     """
@@ -204,6 +204,7 @@ def settle(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, driv
     )
     if code != CONVERGED:
         raise DivergenceError(f"no equilibrium after {iterations} iterations: {REASONS[code]}")
+    return iterations
 
 
 def relax(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, duration: float, steps: int) -> None:
