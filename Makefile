@@ -9,7 +9,6 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-export NUMBA_CACHE_DIR := $(CURDIR)/$(VENV)/numba-cache
 export MPLBACKEND := Agg
 # One thread a run: reproducible to the bit, and runs side by side do not fight for the cores.
 export OMP_NUM_THREADS := 1

@@ -100,6 +100,17 @@ def test_change_in_another_file_is_never_missed(package: Path, tmp_path: Path) -
     assert ask(package, cache) == (30.0, 0, True), "what was compiled for these sources is still there"
 
 
+def test_another_checkout_shares_the_cache(package: Path, tmp_path: Path) -> None:
+    """The same sources at another path, with other times, as in a fresh clone or a second environment."""
+    cache = tmp_path / "cache"
+    assert ask(package, cache) == (30.0, 1, True)
+    clone = tmp_path / "clone" / "peristalsis"
+    shutil.copytree(package, clone)
+    for file in clone.rglob("*.py"):
+        os.utime(file, (1.0, 1.0))
+    assert ask(clone, cache) == (30.0, 0, True)
+
+
 def test_installation_is_not_written_to(package: Path, tmp_path: Path) -> None:
     """A package that an administrator installed is read-only for who runs it."""
     before = files(package)

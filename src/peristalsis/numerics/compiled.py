@@ -3,7 +3,8 @@
 numba's on-disk cache looks only at the file that holds a kernel and misses a change in another file that the
 kernel calls. So every file has a folder of its own in the cache, named by a hash of that file and of all that it
 imports (`sources`): a changed source means a new folder for whatever depends on it, never a stale kernel
-(docs/decisions/0010). Where no folder can be written, kernels are compiled anew each time.
+(docs/decisions/0010). Neither the path of the package nor the time of a file is part of the name, so checkouts,
+environments and notebooks share one cache. Where no folder can be written, kernels are compiled anew each time.
 """
 
 from __future__ import annotations
@@ -63,11 +64,30 @@ def inlined(function: Function) -> Function:
 def _decorate(function: Function, **more: Any) -> Function:
     file = Path(function.__code__.co_filename)
     kept = CACHE_FOLDER is not None and file.is_relative_to(PACKAGE)  # a function typed in has no file to go by
+    digest = kernel_digest(file) if kept else ""
     if CACHE_FOLDER is not None and kept:
-        numba.config.CACHE_DIR = str(CACHE_FOLDER / kernel_digest(file))
+        numba.config.CACHE_DIR = str(CACHE_FOLDER / digest)
     result: Function = numba.njit(cache=kept, fastmath=False, error_model="numpy", nogil=True, **more)(function)
+    if CACHE_FOLDER is not None and kept:
+        _place(result, CACHE_FOLDER / digest, digest)
     _mend(result)
     return result
+
+
+def _place(kernel: object, folder: Path, digest: str) -> None:
+    """Let a kernel's files in the cache go by the content of its sources alone, not by their path and time.
+
+    numba has no setting for it, so its own object is given another folder and stamp. A release of numba that names
+    them otherwise keeps its own way: kernels are then compiled again after a move or a fresh checkout, and never stale.
+    """
+    cache = getattr(kernel, "_cache", None)
+    implementation, files = getattr(cache, "_impl", None), getattr(cache, "_cache_file", None)
+    locator, base = getattr(implementation, "_locator", None), getattr(implementation, "_filename_base", None)
+    if files is None or base is None or not hasattr(locator, "_cache_path"):
+        return
+    vars(locator)["_cache_path"] = str(folder)
+    vars(cache)["_cache_path"] = str(folder)
+    vars(cache)["_cache_file"] = type(files)(cache_path=str(folder), filename_base=base, source_stamp=digest)
 
 
 def _mend(kernel: object) -> None:
