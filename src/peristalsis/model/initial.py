@@ -18,7 +18,7 @@ from ..tissue.cells import plant
 from ..tissue.rest import RestState, rest_state, rest_states
 from ..wall.passive import passive_tension
 from .constants import LumenConstants, Step
-from .equilibrium import CONVERGED, REASONS, solve_equilibrium
+from .equilibrium import CONVERGED, REASONS, ROUNDED, solve_equilibrium
 from .model import Layer, Model
 from .state import PelletState, SheetState, State, WallState
 
@@ -225,7 +225,7 @@ def _continue(
     reached, value = -np.inf, start
     while True:
         code = settle(value)
-        if code == CONVERGED:
+        if code in (CONVERGED, ROUNDED):
             kept = [array.copy() for array in arrays]
             reached = value
             if reached >= target:
