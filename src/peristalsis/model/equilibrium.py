@@ -57,6 +57,8 @@ GAP_SCALE = 1.0e5
 ROUNDOFF = 16.0 * 2.0**-52
 SCALAR_ROUNDING = 1e-13
 """Share of pressure and axial force that the rounding of the sums they follow from may take."""
+LARGEST_ROUNDING = 1e-3
+"""Rounding of the forces above this residual is no state of rest: of tensions beyond 1e9 mN/cm or so."""
 SHORTER = 0.25
 SMALLEST_STEP = 1.0 / 16.0
 """Lengths of the line search: 1, 1/4, 1/16. Where a kink spoils the whole update, one half as long does no better."""
@@ -530,7 +532,7 @@ def solve_packed(
                 continue
         stalled = 0 if worst < 0.5 * smallest else stalled + 1
         smallest = min(smallest, worst)
-        if stalled >= STALLED and worst < LOCAL_WORTH:
+        if stalled >= STALLED and worst < LARGEST_ROUNDING:
             apart = abs(r_pressure) > max(tolerance * TENSION_SCALE / wall.radius, SCALAR_ROUNDING * abs(law))
             force_unit = circumference * TENSION_SCALE
             apart = apart or abs(r_force) > max(tolerance * force_unit, SCALAR_ROUNDING * abs(scalars[2]))
