@@ -7,6 +7,7 @@ what it ends at is a stable state of rest. Where that fails too, steps of pressu
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -61,6 +62,8 @@ MOST_ITERATIONS = 3000
 """Iterations after which such a wall is given up."""
 FEWER_ITERATIONS, MOST_TO_TELL = 1000, 5000
 """The same where it only is to be told how far a tube gets, at each value and at all of them."""
+LOWEST_SHARE, BISECTIONS = 1e-5, 4
+"""Share of a refused pressure down to which one that starts is looked for, and how often the gap is then halved."""
 
 
 @dataclass
@@ -209,7 +212,7 @@ def smoothing_pressure(model: Model) -> float:
     return nominal_tensions(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, wall)[1] / wall.radius
 
 
-def _inflate(tube: Tube, pressure: float) -> bool:
+def _inflate(tube: Tube, pressure: float, most: int = MOST_ITERATIONS) -> bool:
     """The tube at a pressure: by Newton's method alone, or else from the undeformed tube by the wall's viscosity."""
     wall, nodes = tube.model.wall, tube.model.grid.nodes
     undeformed = tube.copies()
@@ -223,7 +226,7 @@ def _inflate(tube: Tube, pressure: float) -> bool:
         if climb(lambda value: tube.settle(value, 0.0), tube, gentle, pressure, gentle)[0] >= pressure:
             return True
     tube.restore(undeformed)
-    return relax(tube, pressure, 0.0)
+    return relax(tube, pressure, 0.0, most)
 
 
 def _insert(tube: Tube, pressure: float, radius: float) -> None:
@@ -272,28 +275,37 @@ def relax(tube: Tube, pressure: float, radius: float, most: int = MOST_ITERATION
 
 
 def _largest_pressure(tube: Tube, pressure: float) -> float:
-    """How far a tube can be inflated on the way to a pressure that finds no rest; minus infinity if not at all."""
-    tube.restore(Tube.undeformed(tube.model).copies())
-    start = min(pressure, GENTLE_PRESSURE) / 16.0
-    return climb(_relaxing(tube, None), tube, start, pressure, pressure / 8.0, 0.01)[0]
+    """Largest pressure found at which the tube rests, below one at which it does not; minus infinity if none is."""
+    undeformed = Tube.undeformed(tube.model).copies()
+
+    def rests(value: float) -> bool:
+        tube.restore(undeformed)
+        return _inflate(tube, value, FEWER_ITERATIONS)
+
+    low, high = 0.5 * pressure, pressure
+    while not rests(low):
+        low, high = 0.25 * low, low
+        if low < LOWEST_SHARE * pressure:
+            return -np.inf
+    for _ in range(BISECTIONS):
+        middle = math.sqrt(low * high)
+        if rests(middle):
+            low = middle
+        else:
+            high = middle
+    return low
 
 
 def _largest_radius(tube: Tube, pressure: float, radius: float) -> float:
     """How large a pellet can be grown in a free tube at a pressure, on the way to a radius that finds no rest."""
     room = (1.0 - 1e-6) * tube.room()
-    return climb(_relaxing(tube, pressure), tube, room, radius, (radius - room) / 8.0, 0.1)[0]
-
-
-def _relaxing(tube: Tube, pressure: float | None) -> Callable[[float], int]:
-    """For `climb`: let the tube go around pellets of growing radius, or without one (None) at growing pressures."""
     last = tube.iterations + MOST_TO_TELL
 
     def settle(value: float) -> int:
         most = min(FEWER_ITERATIONS, last - tube.iterations)
-        rests = relax(tube, value, 0.0, most) if pressure is None else relax(tube, pressure, value, most)
-        return CONVERGED if rests else NOT_CONVERGED
+        return CONVERGED if relax(tube, pressure, value, most) else NOT_CONVERGED
 
-    return settle
+    return climb(settle, tube, room, radius, (radius - room) / 8.0, 0.1)[0]
 
 
 def climb(
