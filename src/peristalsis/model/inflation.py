@@ -17,22 +17,12 @@ from numpy.typing import NDArray
 from ..errors import DivergenceError
 from ..geometry.grid import Grid
 from ..numerics.roots import find_root
+from ..wall.assembly import HISTORY_HOOP, HISTORY_R, HISTORY_STRETCH, HISTORY_Z
 from ..wall.membrane import nominal_tensions
 from ..wall.passive import passive_tension
 from . import refusal
 from .constants import LumenConstants, Step, packed
-from .equilibrium import (
-    CONVERGED,
-    HISTORY_HOOP,
-    HISTORY_R,
-    HISTORY_STRETCH,
-    HISTORY_Z,
-    KNOWN,
-    NOT_CONVERGED,
-    ROUNDED,
-    solve_packed,
-    workspace,
-)
+from .equilibrium import CONVERGED, KNOWN, NOT_CONVERGED, ROUNDED, solve_packed, workspace
 from .model import Model
 
 Floats = NDArray[np.float64]
@@ -129,8 +119,19 @@ class Tube:
             known[HISTORY_HOOP] = self.rho / wall.radius
         formula = Step(slope, False, model.start_position, 0.0)
         settings = np.array([*formula, tolerance, model.gap_tolerance, iterations], dtype=np.float64)
-        constants = packed(wall), packed(pellet).copy(), packed(LumenConstants(pressure, 1.0, 0.0))
-        code, taken, _ = solve_packed(*self.arrays(), known, *constants, settings, *workspace(self.rho.size))
+        lumen = LumenConstants(pressure, 1.0, 0.0)
+        code, taken, _ = solve_packed(
+            self.rho,
+            self.zeta,
+            self.contact,
+            self.scalars,
+            known,
+            packed(wall),
+            packed(pellet).copy(),
+            packed(lumen),
+            settings,
+            *workspace(self.rho.size),
+        )
         self.iterations += taken
         if step == 0.0:
             self.residual = float(settings[4]) if code == ROUNDED else 0.0

@@ -343,7 +343,7 @@ def _solve_wall(
         raise DivergenceError(
             f"wall position: no equilibrium at t = {time:.6g} s even with a step of {dt:.2g} s ({REASONS[code]}); the "
             f"wall is narrowest at z = {model.grid.nodes[where]:.3g} cm, radius {wall.position[where, 0, 0]:.3g} cm. "
-            "Lower step.wall, or raise wall.bending_stiffness or grid.n_z_wall"
+            f"{_remedy(model)}"
         )
     middle = 0.5 * (wall.drive + drive)
     half = _solve_wall(model, wall, pellet, pressure, middle, 0.5 * dt, halvings - 1, time - 0.5 * dt)
@@ -355,6 +355,14 @@ def _solve_wall(
         solves=half.solves + full.solves,
         krylov=half.krylov + full.krylov,
     )
+
+
+def _remedy(model: Model) -> str:
+    """What may help a wall that finds no equilibrium."""
+    usual = "Lower step.wall, or raise wall.bending_stiffness or grid.n_z_wall"
+    if model.wall.slack_blend > 0.0:
+        return usual
+    return f"Raise wall.slack_blend: at 0 slack wall carries compression, Eq. (14), and is ill-posed. {usual}"
 
 
 def _try_wall(
