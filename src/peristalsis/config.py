@@ -30,6 +30,7 @@ from peristalsis.parameters import PARAMETERS, READINGS, Parameter, Value, shipp
 from peristalsis.protocols import Protocol
 from peristalsis.protocols import parse as parse_protocol
 from peristalsis.recording import CHOICES as FIELD_CHOICES
+from peristalsis.recording import choices
 from peristalsis.regions import Region
 from peristalsis.regions import read as read_regions
 from peristalsis.regions import schema as regions_schema
@@ -299,8 +300,8 @@ class Output(Section):
     @classmethod
     def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for name in names:
-            if name not in FIELD_CHOICES:
-                raise ValueError(f"{shown(name)} is not a field; {suggestion(name, FIELD_CHOICES)}")
+            if name not in choices():
+                raise ValueError(f"{shown(name)} is not a field; {suggestion(name, choices())}")
         return names
 
 

@@ -8,7 +8,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ from .environment import code_version, machine, versions
 from .errors import ConfigurationError, shown
 from .manifest import FILE as MANIFEST_FILE
 from .manifest import SCHEMA
-from .names import COORDINATES, OUTPUTS
+from .names import COORDINATES, OUTPUTS, Output
 from .netcdf import netcdf_image
 from .store import (
     CONFIGURATION_FILE,
@@ -73,6 +73,8 @@ class Result:
     summary: Mapping[str, Any]
     arrays: Mapping[str, Floats]
     remarks: tuple[str, ...] = ()
+    foreign: Mapping[str, Output] = field(default_factory=dict)
+    """Outputs that were registered where the run was made and are not known here: by name, without their functions."""
 
     @property
     def status(self) -> str:
@@ -93,7 +95,7 @@ class Result:
         coordinates = {output.name for output in COORDINATES}
         variables = {}
         for name, values in self.arrays.items():
-            output = OUTPUTS[name]
+            output = self.foreign[name] if name in self.foreign else OUTPUTS[name]
             attributes = {"units": output.unit, "long_name": output.long_name}
             variables[name] = (output.dimensions, values, attributes)
         data = {name: value for name, value in variables.items() if name not in coordinates}
@@ -145,7 +147,7 @@ class Result:
         own = workspace is None
         place = Workspace(target) if workspace is None else workspace
         try:
-            image = netcdf_image(self.arrays, self._attributes())
+            image = netcdf_image(self.arrays, self._attributes(), self.foreign)
             summary = json.dumps(json_ready(self.summary), indent=2, allow_nan=False) + "\n"
             files = {
                 RESULT_FILE: image,
@@ -237,7 +239,12 @@ def _decoded(image: bytes, checked: bool) -> Result:
     summary = json.loads(dataset.attrs["summary"])
     arrays = {str(name): np.asarray(dataset[name].values) for name in dataset.variables}
     remarks = tuple(text for text in str(dataset.attrs.get("remarks", "")).split(" | ") if text)
-    return Result(configuration, summary, arrays, remarks)
+    foreign = {
+        str(name): Output(str(name), tuple(map(str, one.dims)), str(one.attrs["units"]), str(one.attrs["long_name"]))
+        for name, one in dataset.variables.items()
+        if name not in OUTPUTS
+    }
+    return Result(configuration, summary, arrays, remarks, foreign)
 
 
 def json_ready(value: Any) -> Any:

@@ -27,6 +27,8 @@ from .model.guards import advance_safely, violation
 from .model.initial import initial_state
 from .model.model import Model
 from .model.state import PelletState, State
+from .moment import Moment
+from .names import ACTIVATION, EVENTS
 from .observers import (
     ARREST_TRAVEL,
     ARREST_WINDOW,
@@ -37,6 +39,7 @@ from .observers import (
     ProbeRecorder,
     ScalarRecorder,
     StopConditions,
+    read_off,
 )
 from .packing import pack, packable, unpack
 from .protocols import changeable, values_at
@@ -297,19 +300,16 @@ class Simulation:
             "theta": grid.columns,
             "theta_cell": grid.cell_columns,
             "probe": grid.cells[self._probes.cells],
-            "activation_longitudinal": self.state.longitudinal.first_activation * 1e-3,
-            "activation_circular": self.state.circular.first_activation * 1e-3,
         }
+        once = tuple(output.name for output in ACTIVATION)
+        arrays |= dict(zip(once, read_off(once, Moment(self.model, self.state)), strict=True))
         arrays |= {name: np.stack(frames) for name, frames in self._fields.frames.items()}
         arrays |= self._scalars.columns()
         arrays |= self._probes.columns()
         events = self.events()
-        arrays |= {
-            "event_time": np.array([event.time for event in events], dtype=float),
-            "event_place": np.array([event.place for event in events], dtype=float),
-            "event_kind": np.array([event.kind for event in events], dtype=object),
-            "event_words": np.array([event.words for event in events], dtype=object),
-        }
+        for output in EVENTS:
+            found = [output.value(event) for event in events if output.value is not None]
+            arrays[output.name] = np.array(found, dtype=float if output.unit else object)
         return arrays
 
 

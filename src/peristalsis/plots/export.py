@@ -105,7 +105,7 @@ def _column(name: str, unit: str) -> str:
 def _probes(result: Result) -> tuple[list[str], Iterable[Sequence[float]]]:
     places = result.arrays["probe"]
     head, columns = [_column("time", "s")], [result.arrays["time_step"]]
-    for output in PROBES:
+    for output in (one for one in PROBES if one.name in result.arrays):
         for k, place in enumerate(places):
             head.append(f"{output.name.removesuffix('_probe')} at {place:.4g} cm [{output.unit}]")
             columns.append(result.arrays[output.name][:, k])
