@@ -25,6 +25,7 @@ from .manifest import FILE as MANIFEST_FILE
 from .manifest import SCHEMA
 from .names import COORDINATES, OUTPUTS, Output
 from .netcdf import netcdf_image
+from .paths import located
 from .store import (
     CONFIGURATION_FILE,
     RESULT_FILE,
@@ -142,7 +143,7 @@ class Result:
         folder of the run, if it has one; its checkpoints stay with a run that broke off. Raises WriteError when the
         folder exists (without `overwrite`) or cannot be written; a workspace with checkpoints stays then.
         """
-        target = Path(folder)
+        target = located(folder)
         check_target(target, overwrite)
         own = workspace is None
         place = Workspace(target) if workspace is None else workspace
@@ -195,7 +196,7 @@ def load(folder: str | os.PathLike[str]) -> Result:
     Raises ConfigurationError if there is none, and DamagedResult if it is not whole. Results of versions without a
     manifest are read as they are.
     """
-    path = Path(folder)
+    path = located(folder)
     place = path if path.is_dir() or path.name != RESULT_FILE else path.parent
     recover(place)
     found = read_manifest(place)

@@ -13,6 +13,7 @@ from .checkpoint import EVERY, Checkpoints, Found, newest
 from .config import Configuration
 from .environment import code_version
 from .errors import WriteError, shown
+from .paths import located
 from .result import Result, load
 from .simulation import Simulation
 from .store import Workspace, check_target, recover, unfinished
@@ -44,7 +45,7 @@ def run(
     configuration = scenarios.configuration(scenario, reading=reading, changes=changes, file=file)
     if out is None and not resume:
         return Simulation(configuration, progress=progress).run()
-    target = Path("out", configuration.scenario) if out is None else Path(out)
+    target = Path("out", configuration.scenario) if out is None else located(out)
     kept = KeptRun(configuration, target, resume, overwrite)
     if kept.finished is not None:
         return kept.finished

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, is_dataclass
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -42,6 +41,7 @@ from .observers import (
     read_off,
 )
 from .packing import pack, packable, unpack
+from .paths import located
 from .protocols import changeable, values_at
 from .recording import chosen
 from .result import Result, summarise
@@ -117,7 +117,7 @@ class Simulation:
         observers: of the same kinds as before; those that are dataclasses of plain data go on with what they held.
         Raises ConfigurationError if there is no whole checkpoint, or if it is of another version of the code.
         """
-        found = newest_of(Path(folder))
+        found = newest_of(located(folder))
         simulation = cls(Configuration.from_toml(found.head.configuration), observers, progress)
         simulation.restore(found)
         return simulation

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..errors import ConfigurationError, WriteError, shown, suggestion
+from ..paths import located
 from .report import number_text
 from .streams import Screen, spelled
 
@@ -31,7 +32,7 @@ def plot(folder: str, names: Sequence[str], formats: Sequence[str], out: str | N
                 f"--format {shown(name)}: not one of {', '.join(FORMATS)}; {suggestion(name, FORMATS)}"
             )
     result = _load(folder, screen)
-    target = Path(folder if out is None else out)
+    target = located(folder if out is None else out)
     chosen = list(dict.fromkeys(names)) or None
     files = _written(
         target, lambda: result.plot.save(target, chosen, formats=tuple(dict.fromkeys(formats)) or ("png",))
@@ -41,7 +42,7 @@ def plot(folder: str, names: Sequence[str], formats: Sequence[str], out: str | N
 
 def film(folder: str, out: str | None, overwrite: bool, screen: Screen) -> int:
     """Write a film of a stored run."""
-    target = Path(folder, "film.gif") if out is None else Path(out)
+    target = located(folder) / "film.gif" if out is None else located(out)
     if target.suffix.lower() not in FILMS:
         raise ConfigurationError(f"--out {shown(str(target))}: a film ends in {' or '.join(FILMS)}; rename it")
     result = _load(folder, screen)
@@ -54,7 +55,7 @@ def scene(folder: str, out: str | None, time: str | None, colour: str, overwrite
     """Draw a stored run in space."""
     from ..units import parse
 
-    target = Path(folder, "scene.png") if out is None else Path(out)
+    target = located(folder) / "scene.png" if out is None else located(out)
     if target.suffix.lower() not in SCENES:
         raise ConfigurationError(f"--out {shown(str(target))}: a scene ends in {', '.join(SCENES)}; rename it")
     seconds = None if time is None else parse(time, "s", "--time")
@@ -73,7 +74,7 @@ def export(folder: str, kind: str, out: str | None, overwrite: bool, screen: Scr
             f"--format {shown(kind)}: not one of {', '.join(EXPORTS)}; {suggestion(kind, EXPORTS)}"
         )
     result = _load(folder, screen)
-    target = Path(folder, kind) if out is None else Path(out)
+    target = located(folder) / kind if out is None else located(out)
     _refuse_existing(target, overwrite or out is None)
     from ..plots.export import export_csv, export_vtk
 
@@ -90,7 +91,7 @@ def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Sc
             f"RUN = {shown(folders[0])}: there is nothing to compare it with; name a second folder"
         )
     runs = {name: _load(folder, screen) for name, folder in zip(labels(folders), folders, strict=True)}
-    target = None if out is None else Path(out)
+    target = None if out is None else located(out)
     if target is not None:
         _refuse_existing(target, overwrite)
     screen.scenario = None
@@ -124,7 +125,7 @@ def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Sc
 
 def labels(folders: Sequence[str]) -> list[str]:
     """Names for the runs: the last part of each folder where that tells them apart, else the whole."""
-    last = [Path(folder).resolve().name for folder in folders]
+    last = [located(folder).resolve().name for folder in folders]
     names = [folder if Counter(last)[name] > 1 else name for folder, name in zip(folders, last, strict=True)]
     repeated = [name for name, count in Counter(names).items() if count > 1]
     if repeated:

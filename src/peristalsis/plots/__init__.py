@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ConfigurationError, WriteError, nearest, shown, suggestion
+from ..paths import located
 from .registry import figures
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ class Plots:
             _figure(name)
         from . import style
 
-        target = Path(folder)
+        target = located(folder)
         written = []
         try:
             target.mkdir(parents=True, exist_ok=True)

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..errors import ConfigurationError, WriteError, shown
 from ..names import EVENTS, FIELDS, OUTPUTS, PROBES, SCALARS
+from ..paths import located
 from . import data, surface, vtk_files
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def export_csv(result: Result, folder: str | os.PathLike[str]) -> list[Path]:
     Curves have one row a step. Maps have one row a stored time and one column a place in the undeformed tube; the
     diameter in space is map_diameter_in_space.csv. Raises WriteError if the folder cannot be written.
     """
-    target = Path(folder)
+    target = located(folder)
     written = []
     try:
         target.mkdir(parents=True, exist_ok=True)
@@ -73,7 +74,7 @@ def export_vtk(
             f"export of {frames} frames with {facets} facets: give 1 to {MOST_FRAMES} frames and "
             f"3 to {MOST_FACETS} facets"
         )
-    target = Path(folder)
+    target = located(folder)
     chosen = data.spread_frames(result, frames)
     series: dict[str, Callable[[int], surface.Surface]] = {"wall": lambda frame: surface.wall(result, frame, facets)}
     if data.has_pellet(result):
