@@ -48,7 +48,9 @@ def test_files_that_a_file_names_lie_beside_it(case: Path) -> None:
 
 
 def test_files_that_a_batch_names_lie_beside_it(case: Path) -> None:
-    batch = MARK + '[changes]\nprotocols = ["lumen.pressure: table p.csv"]\n[grid]\n"pellet.radius" = ["8 mm", "9 mm"]\n'
+    batch = (
+        MARK + '[changes]\nprotocols = ["lumen.pressure: table p.csv"]\n[grid]\n"pellet.radius" = ["8 mm", "9 mm"]\n'
+    )
     (case / "b.toml").write_text(batch, encoding="utf-8")
     plan = read_plan(case / "b.toml")
     assert all(point.configuration is not None and point.configuration.protocols for point in plan.points)

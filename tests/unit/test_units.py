@@ -202,7 +202,9 @@ def test_numbers_are_read_as_papers_write_them(text: str, unit: str, expected: f
     assert parse("1 mm Hg", "kPa", "key") == parse("1 mmHg", "kPa", "key")
 
 
-@pytest.mark.parametrize("text", ["5 s.", "5 .s", "5 m×", "5 ⁻¹", "5 s--1", "5 °°", "5×10", "5×10⁻⁹⁹⁹⁹ s", "5 cm H", "5 ^s"])
+@pytest.mark.parametrize(
+    "text", ["5 s.", "5 .s", "5 m×", "5 ⁻¹", "5 s--1", "5 °°", "5×10", "5×10⁻⁹⁹⁹⁹ s", "5 cm H", "5 ^s"]
+)
 def test_odd_spellings_stay_refused(text: str) -> None:
     with pytest.raises(ConfigurationError):
         parse(text, "s", "key")
