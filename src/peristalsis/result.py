@@ -63,7 +63,7 @@ UNFINISHED = ("interrupted", "diverged")
 """Runs that broke off: their last checkpoint is kept with them."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """One run: `dataset` (xarray, every output with its unit), `summary` (the numbers of --json), `configuration`.
 
@@ -87,6 +87,44 @@ class Result:
         """Why the run broke off, or None."""
         text = self.summary.get("error")
         return None if text is None else str(text)
+
+    def key_numbers(self) -> list[tuple[str, str]]:
+        """What the run came to, in a few words and numbers each."""
+        summary = self.summary
+        numbers = (
+            ("transit", "transit_s", "s"),
+            ("travel", "travel_cm", "cm"),
+            ("mean velocity", "mean_velocity_cm_s", "cm/s"),
+            ("largest axial force", "max_axial_force_mN", "mN"),
+            ("simulated", "simulated_s", "s"),
+        )
+        found = [(label, summary.get(key), unit) for label, key, unit in numbers]
+        return [("status", self.status.replace("_", " "))] + [
+            (label, f"{value:.4g} {unit}") for label, value, unit in found if isinstance(value, int | float)
+        ]
+
+    def __repr__(self) -> str:
+        head = f"<peristalsis run {self.configuration.scenario}, reading {self.configuration.reading}>"
+        lines = [head, *(f"  {label}: {words}" for label, words in self.key_numbers())]
+        lines += [f"  error: {self.error}"] if self.error else []
+        lines += [f"  remark: {remark}" for remark in self.remarks[:3]]
+        more = len(self.remarks) - 3
+        lines += [f"  and {more} more, in .remarks"] if more > 0 else []
+        return "\n".join([*lines, "  see .summary, .dataset, .plot, .configuration"])
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        from .plots.thumbnail import thumbnail
+
+        about = escape(f"{self.configuration.scenario}, reading {self.configuration.reading}")
+        rows = "".join(f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in self.key_numbers())
+        notes = [*([f"error: {self.error}"] if self.error else []), *self.remarks]
+        said = "".join(f"<li>{escape(note)}</li>" for note in notes)
+        return (
+            f"<div><b>peristalsis run {about}</b><table>{rows}</table>{thumbnail(self)}"
+            f"{f'<ul>{said}</ul>' if said else ''}</div>"
+        )
 
     @cached_property
     def dataset(self) -> xarray.Dataset:

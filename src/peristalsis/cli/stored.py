@@ -34,9 +34,10 @@ def plot(folder: str, names: Sequence[str], formats: Sequence[str], out: str | N
     result = _load(folder, screen)
     target = located(folder if out is None else out)
     chosen = list(dict.fromkeys(names)) or None
-    files = _written(
-        target, lambda: result.plot.save(target, chosen, formats=tuple(dict.fromkeys(formats)) or ("png",))
-    )
+    plots = result.plot
+    files = _written(target, lambda: plots.save(target, chosen, formats=tuple(dict.fromkeys(formats)) or ("png",)))
+    for name, why in plots.skipped.items():
+        screen.warn(f"{name} is left out: {why}")
     return _say_written(files or [], screen)
 
 

@@ -124,7 +124,7 @@ _REVERSALS = ("calcium_reversal", "calcium_reversal", "potassium_reversal", "pot
 
 def _why_none(conductances: Floats, units: Floats, constants: CellConstants) -> str:
     """Cause and cure where the steady current never changes its sign. units: currents of unit conductances."""
-    allowed = _SCAN <= constants.calcium_entry_potential
+    allowed = constants.calcium_entry_potential >= _SCAN
     if not allowed.any():
         return (
             f"cell.calcium_entry_potential = {constants.calcium_entry_potential:g} mV leaves the cell no potential at "
@@ -140,8 +140,8 @@ def _why_none(conductances: Floats, units: Floats, constants: CellConstants) -> 
     return (
         f"at every potential from {_SCAN[0]:.0f} to {_SCAN[allowed][-1]:.0f} mV the current flows "
         f"{'outward' if outward else 'inward'}, most of it through {plant.CONDUCTANCES[strongest]} = "
-        f"{conductances[strongest]:g} mS/cm^2 towards cell.{reversal} = {getattr(constants, reversal):g} mV; bring that "
-        "reversal potential into the range, or lower that conductance"
+        f"{conductances[strongest]:g} mS/cm^2 towards cell.{reversal} = {getattr(constants, reversal):g} mV; bring "
+        "that reversal potential into the range, or lower that conductance"
     )
 
 
