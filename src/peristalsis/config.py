@@ -754,7 +754,7 @@ def _schema_of(spec: FieldSpec, about: Parameter) -> dict[str, Any]:
     elif spec.unit == units.DIMENSIONLESS:
         schema = {"type": "number"} | limits
     else:
-        schema = {"type": "string", "x-unit": spec.unit}
+        schema = {"type": "string", "pattern": units.pattern(spec.unit), "x-unit": spec.unit}
         schema |= {f"x-{name}": limit for name, limit in limits.items()}
     if spec.kind in ("list", "names"):
         schema = {"type": "array", "items": schema}

@@ -232,3 +232,46 @@ def _write(unit: str) -> str:
     if unit == DIMENSIONLESS:
         return "give a bare number, for example 0.5"
     return f"give a number with a unit that converts to {unit}, for example '0.9 {unit}'"
+
+
+_ATOMS = {
+    "length": "[nuµμmcdk]?m|inch|in",
+    "time": "[nuµμm]?s|min|h",
+    "force": "[nuµμmk]?N|dyn",
+    "mass": "[nuµμmk]?g",
+    "pressure": "[mhkM]?Pa|m?bar|mm\\s*Hg|cm\\s*H[2₂]O|atm",
+    "energy": "[nuµμmk]?J|erg",
+    "potential": "[nuµμmk]?V",
+    "current": "[npuµμm]?A",
+    "conductance": "[npuµμm]?S",
+    "capacitance": "[npuµμm]?F",
+    "angle": "deg(?:ree)?s?|°|m?rad",
+}
+_MADE_OF = {
+    "cm": ("length",),
+    "s": ("time",),
+    "ms": ("time",),
+    "1/ms": ("time",),
+    "deg": ("angle",),
+    "mV": ("potential",),
+    "1/mV": ("potential",),
+    "mS/cm": ("conductance", "length"),
+    "mS/cm^2": ("conductance", "length"),
+    "uA/cm^2": ("current", "length"),
+    "uF/cm^2": ("capacitance", "length"),
+    "mN/(cm*mV)": ("force", "pressure", "energy", "length", "time", "mass", "potential"),
+    "mg/cm^2": ("mass", "length"),
+}
+_MECHANICAL = ("force", "pressure", "energy", "length", "time", "mass")
+
+
+def pattern(unit: str) -> str:
+    """A regular expression of JSON Schema for texts of quantities in a canonical unit.
+
+    It takes a number and the common units that a quantity of this kind is made of: an editor sees "9 kg" for a length.
+    Powers are not weighed, and rare units (feet) are left to `read`.
+    """
+    atoms = "|".join(_ATOMS[kind] for kind in _MADE_OF.get(unit, _MECHANICAL))
+    number = r"[+−-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+    power = r"(?:(?:\^|\*\*)?-?[1-4]|[⁺⁻]?[¹²³⁴])?"
+    return rf"^\s*{number}\s*(?:(?:{atoms}){power}|[*·⋅×/().\s]|1(?![0-9]))+$"

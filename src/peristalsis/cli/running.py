@@ -111,6 +111,8 @@ def _simulate(kept: KeptRun, screen: Screen) -> tuple[Result, Failure | None]:
             screen.line(expected_effort(configuration, simulation.model, simulation.state).words())
         progress.start()
         result = simulation.run()
+        if simulation.failure is None:
+            progress.done(result.status.replace("_", " "), float(result.summary["simulated_s"]))
     return result, simulation.failure
 
 

@@ -41,18 +41,20 @@ def plot(folder: str, names: Sequence[str], formats: Sequence[str], out: str | N
     return _say_written(files or [], screen)
 
 
-def film(folder: str, out: str | None, overwrite: bool, screen: Screen) -> int:
+def film(folder: str, out: str | None, overwrite: bool, screen: Screen, frames: int = 100, rate: int = 20) -> int:
     """Write a film of a stored run."""
     target = located(folder) / "film.gif" if out is None else located(out)
     if target.suffix.lower() not in FILMS:
         raise ConfigurationError(f"--out {shown(str(target))}: a film ends in {' or '.join(FILMS)}; rename it")
     result = _load(folder, screen)
     _refuse_existing(target, overwrite or out is None)
-    _written(target, lambda: result.plot.film(target))
+    _written(target, lambda: result.plot.film(target, frames, rate))
     return _say_written([target], screen)
 
 
-def scene(folder: str, out: str | None, time: str | None, colour: str, overwrite: bool, screen: Screen) -> int:
+def scene(
+    folder: str, out: str | None, time: str | None, colour: str, overwrite: bool, screen: Screen, rate: int = 15
+) -> int:
     """Draw a stored run in space."""
     from ..units import parse
 
@@ -64,23 +66,41 @@ def scene(folder: str, out: str | None, time: str | None, colour: str, overwrite
         raise ConfigurationError(f"--time {shown(time)}: a film shows all times; leave it out, or name a .png")
     result = _load(folder, screen)
     _refuse_existing(target, overwrite or out is None)
-    _written(target, lambda: result.plot.scene(target, time=seconds, colour=colour))
+    _written(target, lambda: result.plot.scene(target, time=seconds, colour=colour, rate=rate))
     return _say_written([target], screen)
 
 
-def export(folder: str, kind: str, out: str | None, overwrite: bool, screen: Screen) -> int:
+def export(
+    folder: str,
+    kind: str,
+    out: str | None,
+    overwrite: bool,
+    screen: Screen,
+    every: str | None = None,
+    fields: Sequence[str] = (),
+    compress: bool = False,
+) -> int:
     """Write a stored run for other programs: its numbers as CSV files, or its surfaces as VTK files."""
     if kind not in EXPORTS:
         raise ConfigurationError(
             f"--format {shown(kind)}: not one of {', '.join(EXPORTS)}; {suggestion(kind, EXPORTS)}"
         )
+    if kind == "vtk" and (every is not None or fields or compress):
+        raise ConfigurationError("--every, --field and --compress are for --format csv; leave them out")
+    from ..units import parse
+
+    seconds = None if every is None else parse(every, "s", "--every")
     result = _load(folder, screen)
     target = located(folder) / kind if out is None else located(out)
     _refuse_existing(target, overwrite or out is None)
     from ..plots.export import export_csv, export_vtk
 
-    write = export_vtk if kind == "vtk" else export_csv
-    return _say_written(sorted(_written(target, lambda: write(result, target))), screen)
+    def write() -> list[Path]:
+        if kind == "vtk":
+            return export_vtk(result, target)
+        return export_csv(result, target, seconds, tuple(dict.fromkeys(fields)), compress)
+
+    return _say_written(sorted(_written(target, write)), screen)
 
 
 def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Screen) -> int:
@@ -103,6 +123,8 @@ def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Sc
             rows.append((number, values))
     status = [result.status for result in runs.values()]
     changed = comparing.changed_keys(runs)
+    for sentence in comparing.cuts(runs):
+        screen.warn(sentence)
     numbers = [
         ("status", *(text.replace("_", " ") for text in status)),
         *((number.label, *(number_text(value, number.unit) for value in values)) for number, values in rows),

@@ -45,7 +45,7 @@ sys.exit(0 if picture is not None and picture.std() > 0 else 3)
 """
 
 COLOURS = {
-    "contact_pressure": "magma",
+    "contact_pressure": "magma_r",  # most of the wall has none, and must not be black
     "stretch_longitudinal": "RdBu",
     "stretch_circumferential": "RdBu",
     "potential_longitudinal": "cividis",
