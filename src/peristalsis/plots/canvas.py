@@ -10,7 +10,7 @@ SHOWN_DPI = 110
 """Of pictures in notebooks; files have their own."""
 
 
-class ShownFigure(Figure):
+class ShownFigure(Figure):  # type: ignore[misc]  # matplotlib has no types here
     """Belongs to no window; the last line of a notebook's cell shows it."""
 
     def _repr_png_(self) -> bytes:
