@@ -52,7 +52,7 @@ def draw(result: Result, spacing: float = SPACING) -> Canvas:
     """Pressure map of sensors every `spacing` mm, above that of a catheter without gaps."""
     from matplotlib.colors import Normalize
 
-    figure = style.canvas(result, 6.4, "Lumen pressure, and contact pressure where the wall presses on the pellet")
+    figure = style.canvas(result, 6.4, "Manometry, lumen pressure and contact with the pellet")
     panels = list(figure.subplots(2, 1, sharex=True, sharey=True))
     top = float(data.manometry(result, DENSE)[2].max())
     norm = Normalize(0.0, max(1.0, top))
