@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from ..control.reflex import SILENT
 from ..control.sequence import quiet
+from ..errors import ConfigurationError
 from ..geometry.tube import lumen_volume
 from ..pellet.friction import dry_friction
 from ..tissue.cells import plant
-from ..tissue.rest import RestState, rest_state, rest_states
+from ..tissue.rest import NoRestError, RestState, rest_state, rest_states
 from .inflation import inflate_and_insert
 from .model import Layer, Model
 from .state import PelletState, SheetState, State, WallState
@@ -93,7 +94,10 @@ def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, l
     potential, gates = np.empty(shape).ravel(), np.empty((4, shape[0] * shape[1]))
     remarks = []
     patterns, which = np.unique(layer.conductances, axis=1, return_inverse=True)
-    states = rest_states(patterns, model.cell, model.tables[0], model.exact_kinetics)
+    try:
+        states = rest_states(patterns, model.cell, model.tables[0], model.exact_kinetics)
+    except NoRestError as error:
+        raise ConfigurationError(f"{name} layer: the cell has no resting potential: {error}") from None
     kinds = np.ravel(which)
     potential[:] = np.array([rest.potential for rest in states])[kinds]
     gates[:] = np.array([rest.gates for rest in states]).T[:, kinds]
@@ -105,6 +109,12 @@ def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, l
             f"{name} layer: no stable rest{some} with slow_calcium = {patterns[plant.SLOW, k]:g} mS/cm^2 (steady state "
             f"at {states[k].potential:.2f} mV is unstable); the tissue starts there and will oscillate by itself"
         )
+    highest = float(potential.max())
+    if highest > layer.threshold:
+        remarks.append(
+            f"{name} layer: its cells rest at up to {highest:.1f} mV, above {name}.threshold = {layer.threshold:g} mV; "
+            "the muscle pulls from the start"
+        )
     unset = np.full(shape, np.nan)
     return SheetState(potential.reshape(shape), gates.reshape(4, *shape), unset, unset.copy()), remarks
 
@@ -114,7 +124,10 @@ def _pacemaker_sheet(model: Model) -> SheetState:
     if model.pacemaker_cell is None:
         return SheetState(np.zeros((1, 1)), np.zeros((4, 1, 1)), unset, unset.copy())
     cell = model.pacemaker_cell
-    rest: RestState = rest_state(cell.conductances[:, 0], cell.constants, model.pacemaker_tables[0])
+    try:
+        rest: RestState = rest_state(cell.conductances[:, 0], cell.constants, model.pacemaker_tables[0])
+    except NoRestError as error:
+        raise ConfigurationError(f"pacemaker: the cell has no resting potential: {error}") from None
     # A bursting cell stays on its unstable steady state for ever if put exactly on it.
     gates = np.array(rest.gates).reshape(4, 1, 1)
     return SheetState(np.full((1, 1), rest.potential + 1.0), gates, unset, unset.copy())
