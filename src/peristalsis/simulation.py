@@ -23,6 +23,7 @@ from .config import FIELDS, Configuration
 from .environment import code_version
 from .errors import ConfigurationError, DivergenceError, InterruptedRun, shown, suggestion
 from .events import Event, EventRecorder
+from .findings import remarks_of_summary
 from .model.guards import advance_safely, violation
 from .model.initial import initial_state
 from .model.model import Model
@@ -41,7 +42,8 @@ from .observers import (
 from .packing import pack, packable, unpack
 from .protocols import changeable, values_at
 from .recording import chosen
-from .result import Result, summarise
+from .result import Result
+from .summary import summarise
 from .warm_up import warm_up
 
 
@@ -271,7 +273,8 @@ class Simulation:
             self._scalars.absolute_work,
             cost,
         )
-        return Result(self.configuration, summary, arrays, tuple(self.remarks))
+        remarks = (*self.remarks, *remarks_of_summary(self.configuration, summary, arrays))
+        return Result(self.configuration, summary, arrays, remarks)
 
     def _status(self, arrays: Mapping[str, Any]) -> str:
         if self.failure is not None:

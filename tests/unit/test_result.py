@@ -10,8 +10,9 @@ import pytest
 import xarray
 
 from peristalsis.errors import ConfigurationError, WriteError
+from peristalsis.measures import wave_speed
 from peristalsis.names import OUTPUTS
-from peristalsis.result import Result, load, wave_speed
+from peristalsis.result import Result, load
 from peristalsis.simulation import Simulation
 from peristalsis.verification.exact.runs import configured
 

@@ -110,6 +110,8 @@ def _simulate(kept: KeptRun, screen: Screen) -> tuple[Result, Failure | None]:
             screen.line(expected_effort(configuration, simulation.model, simulation.state).words())
         progress.start()
         result = simulation.run()
+    for remark in result.remarks[len(simulation.remarks) :]:
+        screen.warn(remark)
     return result, simulation.failure
 
 
