@@ -98,4 +98,14 @@ EVENTS = (
     Output("event_words", ("event",), "", "what happened"),
 )
 
-OUTPUTS = {output.name: output for output in (*COORDINATES, *FIELDS, *ACTIVATION, *SCALARS, *PROBES, *EVENTS)}
+WAVES = (
+    Output("wave_layer", ("wave",), "", "layer of a wave"),
+    Output("wave_time", ("wave",), "s", "time at which a wave began"),
+    Output("wave_start", ("wave",), "cm", "place where a wave began, from the oral end of the undeformed tube"),
+    Output("wave_end", ("wave",), "cm", "place where a wave ended, from the oral end of the undeformed tube"),
+    Output("wave_direction", ("wave",), "", "direction of a wave: antegrade, retrograde, standing or local"),
+    Output("wave_speed", ("wave",), "cm/s", "speed of a wave, positive towards the anal end"),
+    Output("wave_origin", ("wave",), "", "what a wave began with: a stimulus, or no stimulus (spontaneous)"),
+)
+
+OUTPUTS = {output.name: output for output in (*COORDINATES, *FIELDS, *ACTIVATION, *SCALARS, *PROBES, *EVENTS, *WAVES)}

@@ -44,6 +44,7 @@ from .protocols import changeable, values_at
 from .recording import chosen
 from .result import Result
 from .summary import summarise
+from .upstrokes import UpstrokeRecorder, wave_columns
 from .warm_up import warm_up
 
 
@@ -79,6 +80,7 @@ class Simulation:
         self._fields = FieldRecorder(every, chosen(configuration.output.fields))
         self._probes = ProbeRecorder(cells)
         self._events = EventRecorder()
+        self._upstrokes = UpstrokeRecorder()
         self._expulsion = Expulsion(configuration.run.stop_when_expelled)
         run = configuration.run
         self._observers: list[Observer] = [
@@ -86,6 +88,7 @@ class Simulation:
             self._fields,
             self._probes,
             self._events,
+            self._upstrokes,
             self._expulsion,
             StopConditions(run.stop_position, run.stop_when_arrested),
             *observers,
@@ -306,6 +309,7 @@ class Simulation:
         arrays |= {name: np.stack(frames) for name, frames in self._fields.frames.items()}
         arrays |= self._scalars.columns()
         arrays |= self._probes.columns()
+        arrays |= wave_columns(self._upstrokes.waves(grid.cells))
         events = self.events()
         arrays |= {
             "event_time": np.array([event.time for event in events], dtype=float),

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from ._version import __version__
 from .config import Configuration
-from .measures import wave_speed
+from .measures import speed_of_passage
 from .result import json_ready
+from .upstrokes import LAYERS
+from .waves import LOCAL, ORIGINS, RETROGRADE, SPONTANEOUS, STANDING
 
 Floats = NDArray[np.float64]
 
@@ -40,8 +42,8 @@ def summarise(
     if pellet and transit is not None:
         travel = float(np.interp(transit, time, position) - position[0])
     speeds = {
-        layer: wave_speed(arrays["z_cell"], arrays[f"activation_{layer}"][:, 0])
-        for layer in ("longitudinal", "circular")
+        layer: speed_of_passage(arrays["z_cell"], arrays[f"activation_{layer}"][:, 0], configuration.wall.length)
+        for layer in LAYERS
     }
     residual = float(np.abs(arrays["power_residual"]).max()) / max(absolute_work, SMALLEST_WORK)
     axial = max(float(np.abs(arrays[name]).max()) for name in ("oral_reaction", "anal_reaction", "axial_force"))
@@ -65,7 +67,12 @@ def summarise(
         "max_normal_force_mN": peak("normal_force"),
         "max_lumen_pressure_kPa": float(arrays["lumen_pressure"].max()),
         "max_contact_pressure_kPa": peak("max_contact_pressure"),
-        "wave_speed_cm_s": speeds,
+        "wave_speed_cm_s": {layer: found.speed for layer, found in speeds.items()},
+        "wave_speed_reason": {layer: found.reason for layer, found in speeds.items()},
+        "wave_speed_residual_s": {layer: found.residual for layer, found in speeds.items()},
+        "wave_speed_residual": {layer: found.share for layer, found in speeds.items()},
+        "wave_speed_cells": {layer: found.cells for layer, found in speeds.items()},
+        **_counts(arrays),
         "min_diameter_cm": float(arrays["min_diameter"].min()),
         "power_residual": residual,
         "momentum_residual": float(np.abs(momentum).max(initial=0.0)) / max(axial, SMALLEST_FORCE),
@@ -77,3 +84,16 @@ def summarise(
     }
     cleaned: dict[str, Any] = json_ready(summary)
     return cleaned
+
+
+def _counts(arrays: Mapping[str, Any]) -> dict[str, dict[str, int]]:
+    """How many waves each layer had, and how many of them ran orally, stood, and began without a stimulus."""
+    layer, direction, origin = (arrays[f"wave_{name}"] for name in ("layer", "direction", "origin"))
+    travelled = direction != LOCAL
+    kinds = {
+        "waves": travelled,
+        "waves_retrograde": direction == RETROGRADE,
+        "waves_standing": direction == STANDING,
+        "waves_spontaneous": travelled & (origin == ORIGINS[SPONTANEOUS]),
+    }
+    return {key: {one: int((chosen & (layer == one)).sum()) for one in LAYERS} for key, chosen in kinds.items()}
