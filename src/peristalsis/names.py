@@ -79,6 +79,8 @@ SCALARS = (
     Output("momentum_residual", STEP, "mN", "what the balance of axial momentum leaves over"),
 )
 
+ENDS = (Output("end_reaction", STEP, "mN", "axial force of a closed end of the segment on the pellet"),)
+
 PROBES = tuple(
     Output(f"{name}_{layer}_probe", PROBE, unit, f"{text} of the {layer} muscle at the probes")
     for layer in ("longitudinal", "circular")
@@ -108,4 +110,6 @@ WAVES = (
     Output("wave_origin", ("wave",), "", "what a wave began with: a stimulus, or no stimulus (spontaneous)"),
 )
 
-OUTPUTS = {output.name: output for output in (*COORDINATES, *FIELDS, *ACTIVATION, *SCALARS, *PROBES, *EVENTS, *WAVES)}
+OUTPUTS = {
+    output.name: output for output in (*COORDINATES, *FIELDS, *ACTIVATION, *SCALARS, *ENDS, *PROBES, *EVENTS, *WAVES)
+}

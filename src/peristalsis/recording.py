@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from .names import CELLS, FIELDS, OUTPUTS, PROBES, SCALARS
+from .names import CELLS, ENDS, FIELDS, OUTPUTS, PROBES, SCALARS
 
 ALL = "all"
 ALWAYS = ("radius", "angle", "axial_position")
@@ -42,7 +42,7 @@ def planned(
     on_cells = sum(OUTPUTS[name].dimensions == CELLS for name in names)
     frame = on_cells * cells + (len(names) - on_cells) * wall_nodes
     times = duration / max(interval, step) + 2.0
-    numbers = len(SCALARS) + len(PROBES) * probes
+    numbers = len(SCALARS) + len(ENDS) + len(PROBES) * probes
     return Recording(round(times), names, NUMBER * (times * frame + (duration / step + 1.0) * numbers))
 
 

@@ -20,6 +20,7 @@ from . import preflight, units
 from .build import build
 from .checkpoint import Checkpoints, Found, Head, newest_of
 from .config import FIELDS, Configuration
+from .ends import EndRecorder
 from .environment import code_version
 from .errors import ConfigurationError, DivergenceError, InterruptedRun, shown, suggestion
 from .events import Event, EventRecorder
@@ -81,6 +82,7 @@ class Simulation:
         self._probes = ProbeRecorder(cells)
         self._events = EventRecorder()
         self._upstrokes = UpstrokeRecorder()
+        self._ends = EndRecorder()
         self._expulsion = Expulsion(configuration.run.stop_when_expelled)
         run = configuration.run
         self._observers: list[Observer] = [
@@ -89,6 +91,7 @@ class Simulation:
             self._probes,
             self._events,
             self._upstrokes,
+            self._ends,
             self._expulsion,
             StopConditions(run.stop_position, run.stop_when_arrested),
             *observers,
@@ -257,9 +260,8 @@ class Simulation:
             reason = observer.see(self.model, before, after, report)
             if reason is not None and self.stopped is None:
                 self.stopped = reason
-                expelled = self._expulsion.time is not None and reason == "expelled"
-                when = self._expulsion.time if expelled and self._expulsion.time is not None else self.time
-                self._events.note(when, "expelled" if expelled else "stopped", self.state.pellet.position, reason)
+                if reason != self._expulsion.way:  # the end that it left by is an event already
+                    self._events.note(self.time, "stopped", self.state.pellet.position, reason)
 
     def result(self) -> Result:
         """The result so far."""
@@ -272,7 +274,7 @@ class Simulation:
             arrays,
             self._status(arrays),
             self.error,
-            self._expulsion.time,
+            self._expulsion,
             self._scalars.absolute_work,
             cost,
         )
@@ -284,8 +286,8 @@ class Simulation:
             return self.failure.status
         if not self.configuration.pellet.enabled:
             return "finished"
-        if self._expulsion.time is not None:
-            return "expelled"
+        if self._expulsion.way is not None:
+            return self._expulsion.way
         time, position = arrays["time_step"], arrays["pellet_position"]
         if time[-1] < ARREST_WINDOW:
             return "in_transit"
@@ -307,7 +309,7 @@ class Simulation:
             "activation_circular": self.state.circular.first_activation * 1e-3,
         }
         arrays |= {name: np.stack(frames) for name, frames in self._fields.frames.items()}
-        arrays |= self._scalars.columns()
+        arrays |= self._scalars.columns() | self._ends.columns()
         arrays |= self._probes.columns()
         arrays |= wave_columns(self._upstrokes.waves(grid.cells))
         events = self.events()

@@ -2,88 +2,159 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ._version import __version__
+from .build import diffusivity
 from .config import Configuration
-from .measures import speed_of_passage
+from .ends import bulges
+from .measures import FASTEST, largest, share_of, speed_of_passage
+from .observers import Expulsion
+from .preflight import foot_length
 from .result import json_ready
 from .upstrokes import LAYERS
 from .waves import LOCAL, ORIGINS, RETROGRADE, SPONTANEOUS, STANDING
-
-Floats = NDArray[np.float64]
 
 SMALLEST_WORK = 1.0
 """Least work against which the balance of a run is measured [mN cm]: at rest there is nothing to compare with."""
 SMALLEST_FORCE = 1.0
 """The same for the balance of axial momentum [mN]."""
+MARGIN = 4.0
+"""A wave that runs faster than this many times that of the undeformed cable is not conducted."""
 
 
 def summarise(
     configuration: Configuration,
-    arrays: Mapping[str, Floats],
+    arrays: Mapping[str, Any],
     status: str,
     error: str | None,
-    transit: float | None,
+    expulsion: Expulsion,
     absolute_work: float,
     cost: Mapping[str, float],
 ) -> dict[str, Any]:
-    """The numbers of --json from the recorded arrays; see docs/conventions for each of them."""
-    pellet = configuration.pellet.enabled
+    """The numbers of --json from the recorded arrays; None, never a number, where one cannot be measured.
+
+    docs/conventions.md has what each of them is and why it may be None. cost: seconds on the clock.
+    """
     time = arrays["time_step"]
-    simulated = float(time[-1])
-    position = arrays["pellet_position"]
-    travel = float(position[-1] - position[0]) if pellet else None
-    until = transit if transit is not None else simulated
-    if pellet and transit is not None:
-        travel = float(np.interp(transit, time, position) - position[0])
-    speeds = {
-        layer: speed_of_passage(arrays["z_cell"], arrays[f"activation_{layer}"][:, 0], configuration.wall.length)
-        for layer in LAYERS
-    }
-    residual = float(np.abs(arrays["power_residual"]).max()) / max(absolute_work, SMALLEST_WORK)
-    axial = max(float(np.abs(arrays[name]).max()) for name in ("oral_reaction", "anal_reaction", "axial_force"))
-    momentum = arrays["momentum_residual"][np.isfinite(arrays["momentum_residual"])]
-
-    def peak(name: str) -> float | None:
-        return float(np.nanmax(np.abs(arrays[name]))) if pellet else None
-
+    simulated, steps = float(time[-1]), int(time.size - 1)
+    work, momentum = largest(arrays["power_residual"]), largest(arrays["momentum_residual"])
+    axial = max(largest(arrays[name]) or 0.0 for name in ("oral_reaction", "anal_reaction", "axial_force"))
+    oral, anal = bulges(arrays["axial_position"], configuration.wall.length)
     summary = {
         "scenario": configuration.scenario,
         "reading": configuration.reading,
         "status": status,
         "error": error,
-        "transit_s": transit,
-        "start_cm": float(position[0]) if pellet else None,
-        "final_position_cm": float(position[-1]) if pellet else None,
-        "travel_cm": travel,
-        "mean_velocity_cm_s": travel / until if travel is not None and until > 0.0 else None,
-        "max_velocity_cm_s": float(arrays["pellet_velocity"].max()) if pellet else None,
-        "max_axial_force_mN": peak("axial_force"),
-        "max_normal_force_mN": peak("normal_force"),
-        "max_lumen_pressure_kPa": float(arrays["lumen_pressure"].max()),
-        "max_contact_pressure_kPa": peak("max_contact_pressure"),
-        "wave_speed_cm_s": {layer: found.speed for layer, found in speeds.items()},
-        "wave_speed_reason": {layer: found.reason for layer, found in speeds.items()},
-        "wave_speed_residual_s": {layer: found.residual for layer, found in speeds.items()},
-        "wave_speed_residual": {layer: found.share for layer, found in speeds.items()},
-        "wave_speed_cells": {layer: found.cells for layer, found in speeds.items()},
+        "transit_s": expulsion.time,
+        "oral_exit_s": expulsion.oral_time,
+        **_of_pellet(configuration, arrays, expulsion),
+        "max_lumen_pressure_kPa": _finite(arrays["lumen_pressure"].max()),
+        **_of_wave(configuration, arrays),
         **_counts(arrays),
-        "min_diameter_cm": float(arrays["min_diameter"].min()),
-        "power_residual": residual,
-        "momentum_residual": float(np.abs(momentum).max(initial=0.0)) / max(axial, SMALLEST_FORCE),
+        "min_diameter_cm": _finite(arrays["min_diameter"].min()),
+        "max_diameter_cm": _finite(2.0 * arrays["radius"].max()),
+        "bulge_cm": {"oral": float(oral.max()), "anal": float(anal.max())},
+        "power_residual": share_of(work, absolute_work, SMALLEST_WORK) if steps else None,
+        "momentum_residual": share_of(momentum, axial, SMALLEST_FORCE),
         "simulated_s": simulated,
         "solver_wall_s": cost.get("solver_wall_s", 0.0),
         "compile_wall_s": cost.get("compile_wall_s", 0.0),
-        "steps": int(time.size - 1),
+        "steps": steps,
         "version": __version__,
     }
     cleaned: dict[str, Any] = json_ready(summary)
     return cleaned
+
+
+OF_PELLET = (
+    "start_cm",
+    "final_position_cm",
+    "travel_cm",
+    "mean_velocity_cm_s",
+    "max_velocity_cm_s",
+    "beyond_oral_end_cm",
+    "max_axial_force_mN",
+    "max_normal_force_mN",
+    "max_contact_pressure_kPa",
+    "max_end_reaction_mN",
+)
+"""Numbers that there are only with a pellet."""
+
+
+def _of_pellet(configuration: Configuration, arrays: Mapping[str, Any], expulsion: Expulsion) -> dict[str, Any]:
+    """Where the pellet was, how fast, and what acted on it; None without one."""
+    if not configuration.pellet.enabled:
+        return dict.fromkeys(OF_PELLET)
+    time, position = arrays["time_step"], arrays["pellet_position"]
+    left = expulsion.time if expulsion.time is not None else expulsion.oral_time
+    until = float(time[-1]) if left is None else left
+    end = position[-1] if left is None else np.interp(left, time, position)
+    travel = float(end - position[0])
+    beyond = configuration.pellet.radius - float(position.min())
+    numbers = (
+        float(position[0]),
+        float(position[-1]),
+        travel,
+        travel / until if until > 0.0 else None,
+        float(arrays["pellet_velocity"].max()),
+        max(beyond, 0.0),
+        largest(arrays["axial_force"]),
+        largest(arrays["normal_force"]),
+        largest(arrays["max_contact_pressure"]),
+        largest(arrays["end_reaction"]),
+    )
+    return dict(zip(OF_PELLET, numbers, strict=True))
+
+
+OF_WAVE = (
+    "wave_speed_cm_s",
+    "wave_speed_reason",
+    "wave_speed_residual_s",
+    "wave_speed_residual",
+    "wave_speed_cells",
+)
+"""Keys of a `measures.Speed`, in its order."""
+
+
+def _of_wave(configuration: Configuration, arrays: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Speed of the first wave of each layer, and how well it is known or why it is not."""
+    fastest = fastest_conduction(configuration)
+    if fastest == 0.0:
+        return dict.fromkeys(OF_WAVE, dict.fromkeys(LAYERS)) | {
+            "wave_speed_reason": dict.fromkeys(LAYERS, "neither layer conducts")
+        }
+    found = {
+        layer: speed_of_passage(
+            arrays["z_cell"], arrays[f"activation_{layer}"][:, 0], configuration.wall.length, fastest
+        )
+        for layer in LAYERS
+    }
+    return {key: {layer: one[k] for layer, one in found.items()} for k, key in enumerate(OF_WAVE)}
+
+
+def fastest_conduction(configuration: Configuration) -> float:
+    """A speed [cm/s] that no conducted wave of this tissue reaches; one that is faster is no conduction.
+
+    Several times the speed of its wave on the undeformed cable, which goes with the root of diffusivity times rate: the
+    conductances that may be set, and the stretch of a wall, change it by less.
+    """
+    if any(quantity == "conductivity" for region in configuration.regions for quantity, _ in region.factors):
+        return FASTEST
+    speeds = [
+        diffusivity(configuration, layer) / foot_length(configuration, name)
+        for name, layer in (("longitudinal", configuration.longitudinal), ("circular", configuration.circular))
+        if layer.conduction
+    ]
+    return min(FASTEST, MARGIN * max(speeds, default=0.0))
+
+
+def _finite(value: Any) -> float | None:
+    return float(value) if math.isfinite(value) else None
 
 
 def _counts(arrays: Mapping[str, Any]) -> dict[str, dict[str, int]]:

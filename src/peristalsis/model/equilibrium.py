@@ -25,7 +25,7 @@ from ..numerics.compiled import INDEX, compiled
 from ..numerics.reductions import dot, squares_and_largest
 from ..numerics.small import solve_small_in_place
 from ..pellet.contact import AUGMENTATION
-from ..pellet.friction import sliding_velocity
+from ..pellet.friction import held_by_ends, sliding_velocity
 from ..pellet.sphere import gap_and_normal
 from ..wall.assembly import (
     FORCE_R,
@@ -468,9 +468,11 @@ def solve_packed(
                     elif known[WEIGHT, i] != 0.0:
                         wall_velocity += known[WEIGHT, i] * (zeta[i] - known[HISTORY_Z, i]) * step.slope
                 r_force = scalars[2] - axial
-                r_centre = (
-                    scalars[1] - step.pellet_history - step.pellet_weight * (pellet.frame * wall_velocity + speed)
-                )
+                place = step.pellet_history + step.pellet_weight * (pellet.frame * wall_velocity + speed)
+                if held_by_ends(place, pellet.lowest, pellet.highest):
+                    place = min(max(place, pellet.lowest), pellet.highest)
+                    speed_slope = 0.0
+                r_centre = scalars[1] - place
             for error in (
                 abs(r_pressure) * wall.radius / TENSION_SCALE,
                 abs(r_force) / (circumference * TENSION_SCALE),

@@ -38,6 +38,12 @@ def sliding_velocity(force: float, viscous: float, dry: float) -> tuple[float, f
 
 
 @compiled
+def held_by_ends(place: float, lowest: float, highest: float) -> bool:
+    """Whether the centre would be at or beyond a closed end of the segment, Eq. (58), which then holds the pellet."""
+    return place <= lowest or place >= highest
+
+
+@compiled
 def dry_friction(dry: float, law: FrictionLaw, pressing: float, stuck: bool) -> float:
     """Dry friction [mN] that must be overcome over a step, Eqs. (50) and (51).
 
