@@ -18,7 +18,7 @@ USUAL_LENGTH = 10.0
 FEWEST_CELLS = 3
 """A line through fewer cells says nothing."""
 LEAST_SHARE = 0.9
-"""Share of the cells that must have been reached, and of these in order, for the wave to count as one that passed."""
+"""Share of the cells that must have been reached, both ends among them, and of these in order: a wave that passed."""
 LARGEST_RESIDUAL = 0.1
 """RMS distance of the arrivals from the line, as a share of the passage, beyond which a wave has no one speed."""
 FASTEST = 100.0
@@ -58,7 +58,8 @@ def speed_of_passage(z: Floats, activation: Floats, length: float, fastest: floa
     places, times = z[part], activation[part]
     there = np.isfinite(times)
     reached = int(there.sum())
-    if reached < FEWEST_CELLS or reached < LEAST_SHARE * len(times):
+    through = bool(there[:FEWEST_CELLS].any() and there[-FEWEST_CELLS:].any())
+    if not through or reached < FEWEST_CELLS or reached < LEAST_SHARE * len(times):
         return _none(f"no wave passed: {reached} of {len(times)} cells {where} were reached", reached)
     return speed_of_line(places[there], times[there], where, fastest)
 

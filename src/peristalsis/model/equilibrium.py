@@ -468,11 +468,12 @@ def solve_packed(
                     elif known[WEIGHT, i] != 0.0:
                         wall_velocity += known[WEIGHT, i] * (zeta[i] - known[HISTORY_Z, i]) * step.slope
                 r_force = scalars[2] - axial
-                place = step.pellet_history + step.pellet_weight * (pellet.frame * wall_velocity + speed)
-                if held_by_ends(place, pellet.lowest, pellet.highest):
-                    place = min(max(place, pellet.lowest), pellet.highest)
+                r_centre = (
+                    scalars[1] - step.pellet_history - step.pellet_weight * (pellet.frame * wall_velocity + speed)
+                )
+                if held_by_ends(scalars[1] - r_centre, pellet.lowest, pellet.highest):
+                    r_centre = scalars[1] - min(max(scalars[1] - r_centre, pellet.lowest), pellet.highest)
                     speed_slope = 0.0
-                r_centre = scalars[1] - place
             for error in (
                 abs(r_pressure) * wall.radius / TENSION_SCALE,
                 abs(r_force) / (circumference * TENSION_SCALE),

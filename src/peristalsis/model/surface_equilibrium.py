@@ -201,11 +201,11 @@ class _Trial:
         fx, fy, fz = force_on_pellet(self.density, self.normal, self.arc * h)
         speed, self.speed_slope = sliding_velocity(float(s[F]), p.pellet.viscous, p.pellet.dry)
         self.scalar_residual[F] = s[F] - fz
-        place = p.step.pellet_history + p.step.pellet_weight * (frame * wall_velocity + speed)
+        self.scalar_residual[Z] = s[Z] - p.step.pellet_history - p.step.pellet_weight * (frame * wall_velocity + speed)
+        place = float(s[Z] - self.scalar_residual[Z])
         if held_by_ends(place, p.pellet.lowest, p.pellet.highest):
-            place = min(max(place, p.pellet.lowest), p.pellet.highest)
+            self.scalar_residual[Z] = s[Z] - min(max(place, p.pellet.lowest), p.pellet.highest)
             self.speed_slope = 0.0
-        self.scalar_residual[Z] = s[Z] - place
         if p.sideways is not None:
             give = p.sideways.weight / p.sideways.friction
             self.scalar_residual[X] = s[X] - p.sideways.x_history - give * fx
