@@ -71,7 +71,8 @@ class Simulation:
         self.model, self.state, remarks = initial_state(build(configuration))
         if explicit:
             preflight.check_explicit_step(configuration, self.model, self.state)
-        self.remarks = [*preflight.remarks(configuration), *remarks]
+        at_start = preflight.remarks_of_start(configuration, self.state)
+        self.remarks = [*preflight.remarks(configuration), *remarks, *at_start]
         dt = self.model.dt_wall
         every = max(1, round(configuration.output.interval / dt))
         cell = self.model.grid.cell_size
