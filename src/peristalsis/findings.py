@@ -30,8 +30,8 @@ def _ends(configuration: Configuration, summary: Mapping[str, Any], arrays: Mapp
     if beyond is not None and beyond > LEAST_BEYOND:
         moment = float(arrays["event_time"][arrays["event_kind"] == "oral_end"][0])
         found.append(
-            f"the pellet stood {beyond:.2g} cm beyond the oral end at most, first at t = {moment:.4g} s: the segment ends "
-            "there and does not hold it; set wall.oral_end = closed, or enlarge pellet.start_gap"
+            f"the pellet stood {beyond:.2g} cm beyond the oral end at most, first at t = {moment:.4g} s: the segment "
+            "ends there and does not hold it; set wall.oral_end = closed, or enlarge pellet.start_gap"
         )
     least = BULGE * configuration.wall.radius
     for end, course in zip(("oral", "anal"), bulges(arrays["axial_position"], configuration.wall.length), strict=True):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..pellet.friction import CONSTANT, friction_of_step, held_by_ends, sliding_velocity
+from ..pellet.friction import CONSTANT, friction_of_step, pressed_on_end, sliding_velocity
 from .model import Model
 from .state import PelletState, WallState
 
@@ -47,9 +47,9 @@ def sliding_speed(model: Model, pellet: PelletState) -> float:
 
 
 def rests_on_end(model: Model, pellet: PelletState) -> bool:
-    """Whether a closed end of the segment holds the pellet, Eq. (58)."""
-    place, bounds = pellet.position, model.pellet
-    return pellet.velocity == 0.0 and bool(held_by_ends(place, bounds.lowest, bounds.highest))
+    """Whether the wall presses the pellet onto a closed end of the segment, Eq. (58)."""
+    bounds = model.pellet
+    return bool(pressed_on_end(pellet.position, pellet.velocity, pellet.axial_force, bounds.lowest, bounds.highest))
 
 
 def end_reaction(model: Model, pellet: PelletState) -> float:
@@ -57,5 +57,4 @@ def end_reaction(model: Model, pellet: PelletState) -> float:
     if not rests_on_end(model, pellet):
         return 0.0
     drive = sliding_velocity(pellet.axial_force, model.pellet.viscous, dry_friction_now(model, pellet))[0]
-    outward = drive < 0.0 if pellet.position <= model.pellet.lowest else drive > 0.0
-    return -model.pellet.viscous * drive if outward else 0.0
+    return -model.pellet.viscous * drive if drive != 0.0 else 0.0

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..numerics.compiled import compiled
 from ..pellet.contact import axial_force
-from ..pellet.friction import FrictionLaw, friction_of_step, held_by_ends, sliding_velocity
+from ..pellet.friction import FrictionLaw, friction_of_step, held_by_ends, pressed_on_end, sliding_velocity
 from ..wall.assembly import HISTORY_HOOP, HISTORY_R, HISTORY_STRETCH, HISTORY_Z, set_drives
 from ..wall.membrane import element_stretch
 from .arrays import NewWall, WallArrays
@@ -60,7 +60,7 @@ def step_wall(
     wall = unpack_wall(wall_numbers)
     # Friction over the step, from the contact at its start, Eqs. (27), (50), (51).
     weight = np.empty((n, 1))
-    held = numbers[VELOCITY] == 0.0 and held_by_ends(numbers[CENTRE], pellet.lowest, pellet.highest)
+    held = pressed_on_end(numbers[CENTRE], numbers[VELOCITY], numbers[FORCE], pellet.lowest, pellet.highest)
     dry = friction_of_step(
         before.contact,
         before.position,

@@ -44,6 +44,12 @@ def held_by_ends(place: float, lowest: float, highest: float) -> bool:
 
 
 @compiled
+def pressed_on_end(place: float, velocity: float, force: float, lowest: float, highest: float) -> bool:
+    """Whether a pellet at rest is pressed onto a closed end by an axial force [mN], Eq. (58)."""
+    return velocity == 0.0 and ((place <= lowest and force < 0.0) or (place >= highest and force > 0.0))
+
+
+@compiled
 def dry_friction(dry: float, law: FrictionLaw, pressing: float, stuck: bool) -> float:
     """Dry friction [mN] that must be overcome over a step, Eqs. (50) and (51).
 

@@ -131,7 +131,8 @@ def show_ends(axes: Axes, result: Result) -> None:
     extent, (oral, anal) = data.length(result), data.beyond_ends(result)
     if max(oral, anal) < LEAST_BEYOND:
         return
-    axes.set_ylim(extent + 1.1 * anal, -1.1 * oral)
+    room = 0.07 * extent  # for the words
+    axes.set_ylim(extent + max(1.1 * anal, room), -max(1.1 * oral, room))
     bulges = result.summary.get("bulge_cm") or {}
     for name, place in (("oral", 0.0), ("anal", extent)):
         axes.axhline(place, color="0.35", linewidth=1.2, label="_end")

@@ -87,8 +87,8 @@ FIGURE = Figure(
     caption=(
         "(a) Position of the pellet's centre, oral end at the top; dotted lines: where it starts, and where its "
         "leading pole reaches the anal end. (b) Its velocity. (c) Axial force of the wall on the pellet and the two "
-        "friction forces; positive towards the anal end. Dashed vertical line: the pellet is expelled. Where pellet or wall stand "
-        "out over a clamped end, a line shows it."
+        "friction forces; positive towards the anal end. Dashed vertical line: the pellet is expelled. "
+        "Where pellet or wall stand out over a clamped end, a line shows it."
     ),
     draw=draw,
     needs_pellet=True,
