@@ -133,7 +133,7 @@ def test_closed_end_with_friction_on_the_wall_is_refused() -> None:
 
 @pytest.fixture(scope="module")
 def start() -> Simulation:
-    return Simulation(configuration("baseline", {**COARSE, **CLOSED, "run.duration": "10 ms"}))
+    return Simulation(configuration("baseline", changes={**COARSE, **CLOSED, "run.duration": "10 ms"}))
 
 
 def at(state: State, place: float, force: float = 0.0, velocity: float = 0.0) -> State:
@@ -182,7 +182,7 @@ def test_stop_position_is_reached_from_either_side(start: Simulation) -> None:
 
 def test_wall_that_bulges_over_its_rings_is_named_before_the_run() -> None:
     """At 20 kPa the inflated tube stands out by more than a centimetre over both rings."""
-    run = Simulation(configuration("baseline", {**COARSE, "lumen.pressure": "20 kPa", "run.duration": "4 ms"}))
+    run = Simulation(configuration("baseline", changes={**COARSE, "lumen.pressure": "20 kPa", "run.duration": "4 ms"}))
     (remark,) = [text for text in run.remarks if "bulges" in text]
     assert "lumen.pressure = 20 kPa" in remark
     summary = run.run().summary
