@@ -105,8 +105,10 @@ class EventRecorder:
             self.note(time, "contact_made", place, "the wall touches the pellet again")
 
     def _ends(self, model: Model, before: State, after: State) -> None:
+        place, radius = after.pellet.position, model.pellet.radius
+        if radius < place < model.grid.length - radius:
+            return
         found = passages(model, before, after)
-        place = after.pellet.position
         if found.oral_pole is not None:
             self.note(found.oral_pole, "oral_end", place, "the oral pole of the pellet passes the oral end")
         if rests_on_end(model, after.pellet) and not rests_on_end(model, before.pellet):

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from .control.pulses import Pulse
 from .control.sequence import LOCAL_RULES
 from .model.model import Model
-from .model.state import SheetState, State
+from .model.state import State
 from .model.step import StepReport
 from .waves import CONDUCTED, SPONTANEOUS, STIMULATED, Wave, waves
 
 Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 LAYERS = ("longitudinal", "circular")
 LATENCY = 0.3
@@ -33,9 +32,9 @@ class UpstrokeRecorder:
     one comparison a step.
     """
 
-    times: dict[str, list[Floats]] = field(default_factory=lambda: {layer: [] for layer in LAYERS})
-    cells: dict[str, list[Indices]] = field(default_factory=lambda: {layer: [] for layer in LAYERS})
-    origins: dict[str, list[Indices]] = field(default_factory=lambda: {layer: [] for layer in LAYERS})
+    times: dict[str, list[float]] = field(default_factory=lambda: {layer: [] for layer in LAYERS})
+    cells: dict[str, list[int]] = field(default_factory=lambda: {layer: [] for layer in LAYERS})
+    origins: dict[str, list[int]] = field(default_factory=lambda: {layer: [] for layer in LAYERS})
     _discharges: list[Pulse] = field(default_factory=list)
 
     def start(self, model: Model, state: State) -> None:
@@ -46,35 +45,30 @@ class UpstrokeRecorder:
         if after.reflex.fired != before.reflex.fired:
             self._discharges += after.reflex.excitation
         begin = before.step * model.dt_wall * 1e3
-        for layer, sheet in zip(LAYERS, (after.longitudinal, after.circular), strict=True):
-            rose = np.flatnonzero(sheet.last_activation[:, 0] > begin)
-            if rose.size:
-                times = sheet.last_activation[rose, 0] * 1e-3
-                self.times[layer].append(times)
-                self.cells[layer].append(rose)
-                self.origins[layer].append(self._origins(model, before, sheet, layer, rose, times))
+        for layer, sheet in (("longitudinal", after.longitudinal), ("circular", after.circular)):
+            last = sheet.last_activation
+            # One or two cells rise in most steps: a loop costs less than arrays would.
+            for cell in (last[:, 0] > begin).nonzero()[0].tolist():
+                time = float(last[cell, 0]) * 1e-3
+                origin = CONDUCTED
+                if not _after_a_neighbour(last, cell):
+                    origin = STIMULATED if self._stimulated(model, before, layer, cell, time) else SPONTANEOUS
+                self.times[layer].append(time)
+                self.cells[layer].append(cell)
+                self.origins[layer].append(origin)
         return None
 
     def waves(self, z: Floats) -> dict[str, list[Wave]]:
         """The waves of both layers so far. z: the cells [cm], (n_z,)."""
-        found = {}
-        for layer in LAYERS:
-            if not self.times[layer]:
-                found[layer] = []
-                continue
-            columns = (np.concatenate(parts[layer]) for parts in (self.times, self.cells, self.origins))
-            found[layer] = waves(z, *columns)
-        return found
-
-    def _origins(
-        self, model: Model, before: State, sheet: SheetState, layer: str, rose: Indices, times: Floats
-    ) -> Indices:
-        origins = np.full(rose.size, CONDUCTED)
-        first = ~_after_a_neighbour(sheet.last_activation, rose)
-        for k in np.flatnonzero(first):
-            stimulated = self._stimulated(model, before, layer, int(rose[k]), float(times[k]))
-            origins[k] = STIMULATED if stimulated else SPONTANEOUS
-        return origins
+        return {
+            layer: waves(
+                z,
+                np.array(self.times[layer], dtype=np.float64),
+                np.array(self.cells[layer], dtype=np.int64),
+                np.array(self.origins[layer], dtype=np.int64),
+            )
+            for layer in LAYERS
+        }
 
     def _stimulated(self, model: Model, state: State, layer: str, cell: int, time: float) -> bool:
         since = time - LATENCY
@@ -94,19 +88,18 @@ class UpstrokeRecorder:
         return any(pulse.low <= middle + half and middle - half <= pulse.high for pulse in pulses)
 
 
-def _after_a_neighbour(last: Floats, rose: Indices) -> NDArray[np.bool_]:
-    """Whether a neighbour, along the tube or around it, rose shortly before; (rose.size,).
+def _after_a_neighbour(last: Floats, cell: int) -> bool:
+    """Whether a neighbour of a cell in the first column, along the tube or around it, rose shortly before.
 
     last: latest rises [ms], (n_z, n_theta).
     """
-    own = last[rose, 0]
-    found = np.zeros(rose.size, dtype=np.bool_)
-    neighbours = [last[np.maximum(rose - 1, 0), 0], last[np.minimum(rose + 1, len(last) - 1), 0]]
-    if last.shape[1] > 1:
-        neighbours += [last[rose, 1], last[rose, -1]]
-    for other in neighbours:
-        found |= (other < own) & (other > own - 1e3 * LATENCY)
-    return found
+    own = last[cell, 0]
+    earliest = own - 1e3 * LATENCY
+    if cell > 0 and earliest < last[cell - 1, 0] < own:
+        return True
+    if cell < len(last) - 1 and earliest < last[cell + 1, 0] < own:
+        return True
+    return last.shape[1] > 1 and bool(earliest < last[cell, 1] < own or earliest < last[cell, -1] < own)
 
 
 def wave_columns(found: Mapping[str, Sequence[Wave]]) -> dict[str, NDArray[Any]]:

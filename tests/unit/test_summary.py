@@ -122,11 +122,11 @@ def test_origin_of_upstrokes_from_a_run() -> None:
     simulation = Simulation(configuration("baseline", changes={**COARSE, "run.duration": "0.2 s"}))
     simulation.run()
     (recorder,) = [one for one in simulation._observers if isinstance(one, UpstrokeRecorder)]
-    cells = np.concatenate(recorder.cells["longitudinal"])
-    origins = np.concatenate(recorder.origins["longitudinal"])
+    cells = np.array(recorder.cells["longitudinal"])
+    origins = np.array(recorder.origins["longitudinal"])
     place = simulation.model.grid.cells[cells]
     assert set(origins[place > 0.4]) == {CONDUCTED}
     assert STIMULATED in origins[place < 0.3]
     assert SPONTANEOUS not in origins
     first = simulation.state.longitudinal.first_activation[cells, 0] * 1e-3
-    assert np.concatenate(recorder.times["longitudinal"]) == pytest.approx(first, abs=1e-12)
+    assert recorder.times["longitudinal"] == pytest.approx(first, abs=1e-12)

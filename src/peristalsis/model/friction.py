@@ -49,6 +49,8 @@ def sliding_speed(model: Model, pellet: PelletState) -> float:
 def rests_on_end(model: Model, pellet: PelletState) -> bool:
     """Whether the wall presses the pellet onto a closed end of the segment, Eq. (58)."""
     bounds = model.pellet
+    if bounds.lowest < pellet.position < bounds.highest:
+        return False
     return bool(pressed_on_end(pellet.position, pellet.velocity, pellet.axial_force, bounds.lowest, bounds.highest))
 
 
