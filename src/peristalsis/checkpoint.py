@@ -14,7 +14,7 @@ from pathlib import Path
 from . import disk
 from .errors import ConfigurationError, WriteError, shown
 from .packing import unpack
-from .store import CHECKPOINTS, Workspace, unfinished
+from .store import CHECKPOINTS, LAST_STATE, Workspace, unfinished
 
 EVERY = 10.0
 """Seconds on the clock between two checkpoints, where the run does not say how much simulated time."""
@@ -70,7 +70,7 @@ class Checkpoints:
 
     def go_on_after(self, found: Found) -> None:
         """The run goes on from this checkpoint: it is the last to be replaced."""
-        if found.file.parent == self.workspace.folder:
+        if found.file.parent == self.workspace.folder and found.file.name in CHECKPOINTS:
             self._turn = 1 - CHECKPOINTS.index(found.file.name)
         self._plan(found.head.time)
 
@@ -100,10 +100,13 @@ class Checkpoints:
 
 
 def newest(folder: Path) -> Found | None:
-    """The newest whole checkpoint in a folder, with a remark for each that is damaged; None if there is none."""
+    """The newest whole checkpoint in a folder, with a remark for each that is damaged; None if there is none.
+
+    The last state of a finished run counts as one.
+    """
     found: list[Found] = []
     remarks: list[str] = []
-    for name in CHECKPOINTS:
+    for name in (*CHECKPOINTS, LAST_STATE):
         file = folder / name
         try:
             content = disk.read_regular(file, LARGEST)

@@ -46,6 +46,8 @@ _LONG_KEY = re.compile(rf"(?:{_PART}[ \t]*+\.[ \t]*+){{16}}")
 
 WITHOUT_EFFECT = ("run.checkpoint",)
 """Parameters that change how a run is carried out and no number of it: they are not part of its digest."""
+ENDS = ("run.duration", "run.stop_when_expelled", "run.stop_when_arrested", "run.stop_position")
+"""Parameters that say when a run ends, and change nothing before."""
 
 _MODEL = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -475,9 +477,13 @@ class Configuration(BaseModel):
             lines += ["", "[[regions]]", *(f"{name} = {_toml(value)}" for name, value in region.table().items())]
         return "\n".join(lines) + "\n"
 
-    def digest(self) -> str:
-        """SHA-256 of the canonical JSON of `texts`, without what leaves the results as they are."""
-        texts = {key: text for key, text in self.texts().items() if key not in WITHOUT_EFFECT}
+    def digest(self, ends: bool = True) -> str:
+        """SHA-256 of the canonical JSON of `texts`, without what leaves the results as they are.
+
+        ends: False leaves out when the run ends: equal then are runs of which one is the beginning of the other.
+        """
+        without = WITHOUT_EFFECT if ends else (*WITHOUT_EFFECT, *ENDS)
+        texts = {key: text for key, text in self.texts().items() if key not in without}
         canonical = json.dumps(texts, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
         return hashlib.sha256(canonical.encode("ascii")).hexdigest()
 

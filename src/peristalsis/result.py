@@ -21,10 +21,12 @@ from .config import Configuration
 from .disk import read_regular
 from .environment import code_version, machine, versions
 from .errors import ConfigurationError, shown
+from .locks import Claim
 from .manifest import FILE as MANIFEST_FILE
 from .manifest import SCHEMA
 from .names import COORDINATES, OUTPUTS
 from .netcdf import netcdf_image
+from .readonly import ReadOnly, unwritable
 from .store import (
     CONFIGURATION_FILE,
     RESULT_FILE,
@@ -66,13 +68,18 @@ UNFINISHED = ("interrupted", "diverged")
 class Result:
     """One run: `dataset` (xarray, every output with its unit), `summary` (the numbers of --json), `configuration`.
 
-    `status` and `error` say how it ended; `plot` draws its figures.
+    `status` and `error` say how it ended; `plot` draws its figures. Nothing of it can be changed: what is stored is
+    what was computed. `dict(result.summary)` and `result.dataset.copy(deep=True)` are yours to change.
     """
 
     configuration: Configuration
     summary: Mapping[str, Any]
     arrays: Mapping[str, Floats]
     remarks: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "summary", ReadOnly(self.summary))
+        object.__setattr__(self, "arrays", ReadOnly({name: unwritable(one) for name, one in self.arrays.items()}))
 
     @property
     def status(self) -> str:
@@ -85,9 +92,17 @@ class Result:
         text = self.summary.get("error")
         return None if text is None else str(text)
 
-    @cached_property
+    @property
     def dataset(self) -> xarray.Dataset:
-        """All outputs with dimensions, units and long names; the configuration and versions are attributes."""
+        """All outputs with dimensions, units and long names; the configuration and versions are attributes.
+
+        A new one at each call, so that what is added to it or taken from it stays with the caller; its numbers are
+        those of the result and cannot be written to.
+        """
+        return self._dataset.copy(deep=False)
+
+    @cached_property
+    def _dataset(self) -> xarray.Dataset:
         import xarray
 
         coordinates = {output.name for output in COORDINATES}
@@ -143,7 +158,7 @@ class Result:
         target = Path(folder)
         check_target(target, overwrite)
         own = workspace is None
-        place = Workspace(target) if workspace is None else workspace
+        place = Workspace(target, claim=Claim(target, alone=not overwrite)) if workspace is None else workspace
         try:
             image = netcdf_image(self.arrays, self._attributes())
             summary = json.dumps(json_ready(self.summary), indent=2, allow_nan=False) + "\n"
@@ -152,7 +167,7 @@ class Result:
                 CONFIGURATION_FILE: self.configuration.to_toml().encode("utf-8"),
                 SUMMARY_FILE: summary.encode("utf-8"),
             }
-            place.publish(files, self.status, self._about(), extras, self.status in UNFINISHED)
+            place.publish(files, self.status, self._about(), extras, self.status in UNFINISHED, overwrite)
         except BaseException:
             if own or not place.has_checkpoints():
                 place.discard()
