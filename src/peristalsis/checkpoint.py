@@ -99,14 +99,14 @@ class Checkpoints:
             self._next_time = (int(now / self._simulated * (1.0 + 1e-12)) + 1) * self._simulated
 
 
-def newest(folder: Path) -> Found | None:
+def newest(folder: Path, ended: bool = False) -> Found | None:
     """The newest whole checkpoint in a folder, with a remark for each that is damaged; None if there is none.
 
-    The last state of a finished run counts as one.
+    ended: whether the last state of a finished run counts as one; it needs the whole result beside it.
     """
     found: list[Found] = []
     remarks: list[str] = []
-    for name in (*CHECKPOINTS, LAST_STATE):
+    for name in (*CHECKPOINTS, LAST_STATE) if ended else CHECKPOINTS:
         file = folder / name
         try:
             content = disk.read_regular(file, LARGEST)
@@ -127,7 +127,7 @@ def newest_of(place: Path) -> Found:
 
     Raises ConfigurationError if there is none.
     """
-    found = [one for folder in (place, *unfinished(place)) if (one := newest(folder)) is not None]
+    found = [one for folder in (place, *unfinished(place)) if (one := newest(folder, folder == place)) is not None]
     if not found:
         raise ConfigurationError(
             f"no whole checkpoint in {shown(str(place))} or beside it; runs write them every {EVERY:g} s on the clock, "

@@ -168,7 +168,7 @@ class KeptRun:
         return found
 
     def _usable(self, folder: Path) -> Found | None:
-        found = newest(folder)
+        found = newest(folder, ended=folder == self.target)
         if found is None or not self._is_ours(found):
             return None
         if found.head.code != code_version():

@@ -324,7 +324,7 @@ def test_pictures_are_stored_with_a_result_and_not_listed(tmp_path: Path) -> Non
     target = tmp_path / "run"
     workspace = Workspace(target)
     workspace.publish(
-        {"summary.json": b"{}"}, "finished", {}, lambda folder: (folder / "a.png").write_bytes(b"") and None
+        {"summary.json": b"{}", "config.toml": b""}, "finished", {}, lambda folder: (folder / "a.png").write_bytes(b"") and None
     )
     workspace.close()
     assert (target / "a.png").exists()
@@ -441,8 +441,9 @@ def test_quarantine_moves_and_deletes_nothing(copy: Path) -> None:
 def test_a_manifest_that_lies_about_its_content(copy: Path) -> None:
     """Hashes agree and the content is none of ours: one sentence, no traceback."""
     for content in (b"", b"not a NetCDF file", b"\x89HDF\r\n\x1a\n" + b"\0" * 200):
+        files = {**read_manifest(copy).files, "result.nc": Entry.of(content)}
         (copy / "result.nc").write_bytes(content)
-        (copy / manifest.FILE).write_bytes(Manifest("finished", {"result.nc": Entry.of(content)}).encode())
+        (copy / manifest.FILE).write_bytes(Manifest("finished", files).encode())
         assert verify(copy).status == "finished"
         with pytest.raises(DamagedResult):
             ps.load(copy)
