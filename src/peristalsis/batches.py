@@ -27,9 +27,9 @@ from .errors import (
 )
 from .locks import PATIENCE, Claim
 from .plan import Plan, Point, as_text, read_plan
-from .result import CLOCK, json_ready
+from .result import CLOCK, json_ready, read_summary
 from .runner import KeptRun
-from .store import CONFIGURATION_FILE, SUMMARY_FILE, Workspace, quarantine, read_file, recover, verify
+from .store import CONFIGURATION_FILE, SUMMARY_FILE, Workspace, quarantine, recover, verify
 from .studies.pool import Failure, carry_out, refuse_while_starting
 from .warm_up import warm_up
 
@@ -195,8 +195,8 @@ def _stored(point: Point, folder: Path, say: Callable[[str], None] | None) -> Ro
         found = verify(folder)
         if found.status == InterruptedRun.status:
             return None
-        summary = json.loads(read_file(folder, SUMMARY_FILE, found.files[SUMMARY_FILE]))
-    except (ConfigurationError, KeyError, ValueError) as error:
+        summary = read_summary(folder, found)
+    except ConfigurationError as error:
         try:
             aside = quarantine(folder)
         except OSError as problem:

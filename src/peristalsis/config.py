@@ -7,6 +7,7 @@ as text with a unit.  Whatever is wrong with the input becomes one Configuration
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import operator
@@ -25,6 +26,7 @@ from pydantic.fields import FieldInfo
 
 from peristalsis import units
 from peristalsis.consistency import check
+from peristalsis.disk import read_regular
 from peristalsis.errors import ConfigurationError, UnknownKeyError, shown, suggestion
 from peristalsis.parameters import PARAMETERS, READINGS, Parameter, Value, shipped
 from peristalsis.protocols import Protocol
@@ -554,15 +556,14 @@ def read_toml(source: str | PathLike[str], most: int = LARGEST_TEXT) -> dict[str
 
 def _read_file(path: Path, most: int) -> str:
     try:
-        with path.open("rb") as file:
-            content = file.read(most + 1)
+        content = read_regular(path, most, follow=True)
     except (OSError, ValueError) as error:
+        if isinstance(error, OSError) and error.errno == errno.EFBIG:
+            raise ConfigurationError(f"{shown(str(path))} is larger than {most} bytes; shorten it") from None
         cause = error.strerror if isinstance(error, OSError) else "it is not a path"
         raise ConfigurationError(
             f"{shown(str(path))} cannot be read: {cause}; check the name and the permissions"
         ) from None
-    if len(content) > most:
-        raise ConfigurationError(f"{shown(str(path))} is larger than {most} bytes; shorten it")
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError:

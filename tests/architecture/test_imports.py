@@ -22,12 +22,23 @@ ALLOWED = {
     "units": {"units", "errors"},
     "errors": {"errors"},
     "parameters": {"parameters", "units", "errors"},
-    "protocols": {"protocols", "units", "errors"},
-    "regions": {"regions", "units", "errors"},
+    "disk": {"disk"},
+    "protocols": {"protocols", "disk", "units", "errors"},
+    "regions": {"regions", "disk", "units", "errors"},
     "names": {"names"},
     "recording": {"recording", "names"},
     "consistency": {"consistency", "config", "parameters", "recording", "regions", "units", "errors"},
-    "config": {"config", "consistency", "protocols", "recording", "regions", "parameters", "units", "errors"},
+    "config": {
+        "config",
+        "consistency",
+        "disk",
+        "protocols",
+        "recording",
+        "regions",
+        "parameters",
+        "units",
+        "errors",
+    },
 }
 """What each layer may import of the package; layers that are not named lie above all of these."""
 

@@ -55,13 +55,13 @@ def batch(file: str, out: str | None, workers: int, screen: Screen) -> int:
 
 def check(folders: Sequence[str], aside: bool, screen: Screen) -> int:
     """Check stored runs against their manifests; exit code 1 if one is not whole."""
-    from .. import store
+    from .. import result, store
 
     states: list[dict[str, str]] = []
     for folder in folders:
         path = Path(folder)
         try:
-            found = store.verify(path)
+            found = result.check(path)
             states.append({"folder": folder, "state": "whole", "said": f"{found.status}, {len(found.files)} files"})
         except DamagedResult as error:
             said = str(error)

@@ -44,12 +44,23 @@ def _carry_out(words: Sequence[str], screen: Screen) -> int:
     except MemoryError:
         return screen.fail(PeristalsisError("not enough memory; use fewer cells or a longer output.interval"))
     except Exception as error:
+        if isinstance(error, FileNotFoundError) and not _has_working_folder():
+            return screen.fail(
+                ConfigurationError("the working folder is gone: it was moved or deleted; go to another one with cd")
+            )
         if os.environ.get(TRACEBACK):
             raise
         cause = f"{type(error).__name__}: {error}"
         return screen.fail(
             PeristalsisError(f"unforeseen {cause} (please report it; {TRACEBACK}=1 shows where it came from)")
         )
+
+
+def _has_working_folder() -> bool:
+    try:
+        return bool(os.getcwd())
+    except FileNotFoundError:
+        return False
 
 
 def _parse(words: Sequence[str]) -> Job | int:
