@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .config import Configuration
-from .names import ACTIVATION, COORDINATES, OUTPUTS, PROBES, SCALARS
-from .recording import ALWAYS
+from .names import ACTIVATION, COORDINATES, EVENTS, OUTPUTS, PROBES, SCALARS
+from .recording import ALWAYS, chosen
 
 LARGEST = 1e15
 """No output of a run is larger, in its own unit."""
@@ -55,6 +55,9 @@ def check_summary(summary: Any, scenario: str | None = None) -> None:
             raise ValueError(f"its summary lacks {key}")
         if not kind(summary[key]):
             raise ValueError(f"its summary has something else than a run's {key}")
+    for key in _SOMETIMES:
+        if not _or_none(_is_number)(summary.get(key)):
+            raise ValueError(f"its summary has something else than a run's {key}")
     for key, value in summary.items():
         if not isinstance(key, str) or not _is_plain(value):
             raise ValueError(f"its summary has something else than numbers and words in {str(key)[:40]!r}")
@@ -86,7 +89,8 @@ def check_shapes(shapes: Mapping[str, tuple[tuple[str, ...], tuple[int, ...]]], 
         for dimension, length in zip(dimensions, shape, strict=True):
             if lengths.setdefault(dimension, length) != length:
                 raise ValueError(f"{name} has another length than others along {dimension}")
-    for name in NEEDED:
+    events = (output.name for output in EVENTS if "event" in lengths)
+    for name in (*NEEDED, *chosen(configuration.output.fields), *events):
         if name not in shapes:
             raise ValueError(f"it lacks {name}")
     grid = configuration.grid
@@ -99,8 +103,8 @@ def check_shapes(shapes: Mapping[str, tuple[tuple[str, ...], tuple[int, ...]]], 
             raise ValueError(f"{dimension} has no length")
 
 
-def check_numbers(arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Whether every output holds what a run can have put there."""
+def check_numbers(arrays: Mapping[str, NDArray[Any]], pellet: bool) -> None:
+    """Whether every output holds what a run, with a pellet or without, can have put there."""
     for name, values in arrays.items():
         if name in TEXTS:
             if values.dtype.kind not in "OUT" or not all(isinstance(text, str) for text in values.ravel()):
@@ -109,7 +113,7 @@ def check_numbers(arrays: Mapping[str, NDArray[Any]]) -> None:
         if values.dtype.kind != "f":
             raise ValueError(f"{name} holds no numbers")
         sound = np.abs(values) <= LARGEST
-        if name in WITHOUT_VALUE:
+        if name in WITHOUT_VALUE and not (pellet and name == "pellet_position"):
             sound |= np.isnan(values)
         if name in UNBOUNDED:
             sound |= np.isposinf(values)
@@ -167,3 +171,5 @@ _SUMMARY: Mapping[str, Callable[[object], bool]] = {
     "version": _is_text,
 }
 """Keys that every summary has had so far, and what stands there."""
+_SOMETIMES = ("momentum_residual", "solver_wall_s", "compile_wall_s")
+"""Numbers that summaries of some versions have."""

@@ -320,7 +320,7 @@ def _decoded(image: bytes, remarks: tuple[str, ...], alone: bool) -> Result:
     for name in acceptance.TEXTS:
         if name in arrays and name in found:
             arrays[name] = arrays[name].astype(object)
-    acceptance.check_numbers(arrays)
+    acceptance.check_numbers(arrays, configuration.pellet.enabled)
     return Result(configuration, summary, arrays, (*(text for text in said.split(" | ") if text), *remarks))
 
 
