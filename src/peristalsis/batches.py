@@ -179,7 +179,7 @@ def _keep_other(table: Path, folders: set[str], say: Callable[[str], None] | Non
     apart = table.with_name(f"{table.stem}-{hashlib.sha256(content).hexdigest()[:8]}{table.suffix}")
     disk.DISK.rename(table, apart)
     if say is not None:
-        say(f"{shown(str(table))} had runs that are not in this batch: it is kept as {shown(str(apart))}")
+        say(f"{shown(str(table))} had runs that are not in this batch: it is kept as {shown(apart.name)}")
 
 
 def _name_of(folder: Path | None, target: Path) -> str:

@@ -137,9 +137,15 @@ def test_results_without_manifest_cannot_be_verified_and_say_so() -> None:
 
 def test_loading_from_the_file_is_loading_from_its_folder(stored: Path, tmp_path: Path) -> None:
     assert ps.load(stored / "result.nc").fingerprint == ps.load(stored).fingerprint
-    alone = shutil.copy(stored / "result.nc", tmp_path / "result.nc")
-    with pytest.raises(DamagedResult, match=r"manifest\.json is missing"):
-        ps.load(alone)
+    for name in ("result.nc", "renamed.nc"):
+        alone = ps.load(shutil.copy(stored / "result.nc", tmp_path / name))
+        assert alone.fingerprint == ps.load(stored).fingerprint
+        assert "could not be checked" in alone.remarks[-1]
+    folder = Path(shutil.copytree(stored, tmp_path / "run"))
+    (folder / manifest.FILE).unlink()
+    for place in (folder, folder / "result.nc"):
+        with pytest.raises(DamagedResult, match=r"manifest\.json is missing"):
+            ps.load(place)
 
 
 # --- any operation may fail -------------------------------------------------------------------------
