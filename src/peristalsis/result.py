@@ -315,7 +315,9 @@ def _decoded(image: bytes, remarks: tuple[str, ...], alone: bool) -> Result:
             if name not in found and lacking:
                 found[name] = output.dimensions, tuple(0 if one in lacking else steps for one in output.dimensions)
         acceptance.check_shapes(found, configuration)
-        arrays = {name: np.asarray(stored[name].values) if name in known else np.zeros(found[name][1]) for name in found}
+        arrays = {
+            name: np.asarray(stored[name].values) if name in known else np.zeros(found[name][1]) for name in found
+        }
         said = str(stored.attrs.get("remarks", ""))
     for name in acceptance.TEXTS:
         if name in arrays and name in found:

@@ -299,9 +299,7 @@ def test_a_table_of_another_batch_is_kept(tmp_path: Path) -> None:
     assert len(list(tmp_path.glob("table*.csv"))) == 2
 
 
-def test_a_batch_with_points_without_result_is_not_finished(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_batch_with_points_without_result_is_not_finished(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "some.toml").write_text(POINTS, encoding="utf-8")
     assert main(["batch", str(tmp_path / "some.toml"), "--out", str(tmp_path / "out"), "--json"]) == 3
     said = capsys.readouterr()

@@ -98,7 +98,7 @@ def test_an_arrested_run_and_its_stop(tmp_path: Path) -> None:
 def test_what_cannot_be_made_longer_says_why(tmp_path: Path) -> None:
     target = tmp_path / "run"
     ps.run("baseline", SHORT, out=target)
-    with pytest.raises(ConfigurationError, match="has come to t = 0.1 s and is not made shorter"):
+    with pytest.raises(ConfigurationError, match=r"has come to t = 0\.1 s and is not made shorter"):
         ps.run("baseline", {**TINY, "run.duration": "0.04 s"}, out=target, resume=True)
     with pytest.raises(WriteError, match="another configuration"):
         ps.run("baseline", {**LONG, "lumen.pressure": "0.2 kPa"}, out=target, resume=True)

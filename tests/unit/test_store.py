@@ -330,7 +330,10 @@ def test_pictures_are_stored_with_a_result_and_not_listed(tmp_path: Path) -> Non
     target = tmp_path / "run"
     workspace = Workspace(target)
     workspace.publish(
-        {"summary.json": b"{}", "config.toml": b""}, "finished", {}, lambda folder: (folder / "a.png").write_bytes(b"") and None
+        {"summary.json": b"{}", "config.toml": b""},
+        "finished",
+        {},
+        lambda folder: (folder / "a.png").write_bytes(b"") and None,
     )
     workspace.close()
     assert (target / "a.png").exists()

@@ -36,6 +36,8 @@ def _carry_out(words: Sequence[str], screen: Screen) -> int:
         if isinstance(job, int):  # a help text was shown
             return job
         screen.scenario = job.scenario
+        if not _has_working_folder():  # said before anything is computed that could not be written
+            raise ConfigurationError("the working folder is gone: it was moved or deleted; go to another one with cd")
         return job.work(screen)
     except PeristalsisError as error:
         return screen.fail(error)
@@ -44,10 +46,6 @@ def _carry_out(words: Sequence[str], screen: Screen) -> int:
     except MemoryError:
         return screen.fail(PeristalsisError("not enough memory; use fewer cells or a longer output.interval"))
     except Exception as error:
-        if isinstance(error, FileNotFoundError) and not _has_working_folder():
-            return screen.fail(
-                ConfigurationError("the working folder is gone: it was moved or deleted; go to another one with cd")
-            )
         if os.environ.get(TRACEBACK):
             raise
         cause = f"{type(error).__name__}: {error}"
