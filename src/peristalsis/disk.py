@@ -86,13 +86,19 @@ def replace_file(path: Path, content: bytes, mark: str = "") -> None:
     DISK.synchronise(path.parent)
 
 
-def read_regular(path: Path, most: int) -> bytes:
-    """The content of a regular file of at most `most` bytes; OSError for anything else, a symbolic link included."""
-    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+def read_regular(path: Path, most: int, follow: bool = False) -> bytes:
+    """The content of a regular file of at most `most` bytes; OSError for anything else: pipes, devices, folders.
+
+    follow: whether a symbolic link to one will do. A pipe that nobody writes to is not waited for.
+    """
+    link = 0 if follow else os.O_NOFOLLOW
+    descriptor = os.open(path, os.O_RDONLY | link | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY)
     with os.fdopen(descriptor, "rb") as file:
         about = os.fstat(descriptor)
+        if stat.S_ISDIR(about.st_mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
         if not stat.S_ISREG(about.st_mode):
             raise OSError(errno.EINVAL, "it is not a regular file")
         if about.st_size > most:
             raise OSError(errno.EFBIG, f"it has {about.st_size} bytes, more than {most}")
-        return file.read(most + 1)
+        return file.read(about.st_size + 1)

@@ -304,6 +304,7 @@ def test_nothing_to_resume_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     run = KeptRun(coarse(), tmp_path / "run", resume=True, say=said.append)
     assert said[0].startswith("nothing to resume")
     assert run.finished is None
+    run.workspace.close()
     cut(coarse(), 3, tmp_path / ".tmp-run-0123456789abcdef")
     monkeypatch.setattr("peristalsis.runner.code_version", lambda: "0.0.1-elsewhere")
     KeptRun(coarse(), tmp_path / "run", resume=True, say=said.append)
