@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from peristalsis import warm_up
+from peristalsis.numerics import compiled, sources
+
 WITHOUT_LOCKS = """
 import sys
 class Blocker:
@@ -56,3 +59,64 @@ print(main(["run", "baseline", "--out", {str(tmp_path / "told")!r}]))
     assert code == "4"
     assert "POSIX" in done.stderr
     assert sorted(file.name for file in tmp_path.iterdir()) == ["pressure.csv"]
+
+
+@pytest.mark.parametrize("value", ["0", "-3", "abc"])
+def test_a_number_of_threads_that_numba_refuses_is_said_and_harmless(value: str) -> None:
+    """Runs use one thread. numba itself raises for 0, and prints a traceback for a word."""
+    done = started(
+        "-c", "import peristalsis.numerics.compiled as c; print(c.numba.config.OPT)", NUMBA_NUM_THREADS=value
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    assert f"NUMBA_NUM_THREADS = '{value}' is not what numba understands" in done.stderr
+    assert "unset it" in done.stderr
+
+
+def test_a_backend_that_matplotlib_does_not_know_is_a_sentence() -> None:
+    program = """
+from peristalsis.errors import ConfigurationError
+from peristalsis.plots import style
+try:
+    with style.applied():
+        pass
+except ConfigurationError as error:
+    print(error)
+"""
+    done = started("-c", program, MPLBACKEND="bad")
+    assert done.stdout.strip() == "MPLBACKEND = 'bad' is no backend of matplotlib; unset it, or set it to agg"
+
+
+def test_settings_of_the_compiler_have_kernels_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """numba's cache does not look at them: kernels compiled without optimisation were everybody's from then on."""
+    file = sources.PACKAGE / "numerics" / "roots.py"
+    monkeypatch.delenv("NUMBA_OPT", raising=False)
+    usual = sources.kernel_digest.__wrapped__(file)
+    monkeypatch.setenv("NUMBA_OPT", "0")
+    assert sources.kernel_digest.__wrapped__(file) != usual
+
+
+def test_a_cache_is_never_made_in_the_working_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Where nobody knows the home folder, it stays "~"; a relative XDG_CACHE_HOME is to be ignored."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    assert compiled._cache_folder() == tmp_path / "home" / ".cache" / "peristalsis"
+    monkeypatch.setattr(os.path, "expanduser", lambda path: path)
+    assert compiled._cache_folder() is None
+    assert [file.name for file in tmp_path.iterdir()] == ["home"]
+
+
+def test_a_warm_up_that_takes_long_says_so(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(warm_up, "QUIET_SECONDS", 0.0)
+    with warm_up._said_if_long(1) as timer:
+        timer.join(10.0)
+    assert capsys.readouterr().err == (
+        "peristalsis: preparing the kernels, which are compiled once, for about a minute\n"
+    )
+    monkeypatch.setattr(warm_up, "QUIET_SECONDS", 60.0)
+    with warm_up._said_if_long(8) as timer:
+        pass
+    timer.join(10.0)
+    assert capsys.readouterr().err == ""
