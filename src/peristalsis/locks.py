@@ -6,12 +6,12 @@ ends. Nothing rests on it alone: what is put in place is put there by a rename t
 
 from __future__ import annotations
 
-import fcntl
 import os
 import time
 from contextlib import suppress
 from pathlib import Path
 
+from .disk import CLOSE_AT_START, NO_FOLLOW, fcntl, require_locks
 from .errors import WriteError, shown
 
 PATIENCE = 10.0
@@ -28,6 +28,7 @@ class Claim:
     """
 
     def __init__(self, target: Path, alone: bool = True, patience: float = 0.0, kind: str = "lock") -> None:
+        require_locks()
         self.path = target.parent / f".{kind}-{target.name}"
         self.parents = [target.parent]
         """Folders whose new names must survive, the nearest first: the parent, and above it those not made yet."""
@@ -57,7 +58,7 @@ class Claim:
         """Whether the lock is ours now."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
+            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | NO_FOLLOW | CLOSE_AT_START, 0o666)
         except FileNotFoundError:  # who had made the folder has just removed it
             return False
         kept = False

@@ -7,7 +7,6 @@ dies at, there is the old result, or the new one, or a hidden folder from which 
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import os
 import re
@@ -19,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from . import disk, manifest
+from .disk import fcntl
 from .errors import ConfigurationError, DamagedResult, WriteError, shown
 from .locks import PATIENCE, Claim
 from .manifest import Entry, Manifest
@@ -120,6 +120,7 @@ def _named(folder: Path) -> Path:
 
 def check_target(target: Path, overwrite: bool) -> None:
     """Refuse, before anything is computed, a folder that exists or cannot be made. Raises WriteError."""
+    disk.require_locks()
     try:
         _check_target(target, overwrite)
     except (OSError, ValueError) as error:
@@ -244,7 +245,7 @@ class Workspace:
             self._parents.append(self._parents[-1].parent)
         _written(self.target, lambda: disk.DISK.make_folder(self.folder))
         try:
-            flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
+            flags = os.O_RDWR | os.O_CREAT | disk.NO_FOLLOW | disk.CLOSE_AT_START
             self._lock = os.open(self.folder / LOCK_FILE, flags, 0o666)
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
