@@ -98,4 +98,7 @@ EVENTS = (
     Output("event_words", ("event",), "", "what happened"),
 )
 
+CERTAIN = "certain"
+"""Where a summary holds what `--certain` found; no number of the run itself, so no fingerprint sees it."""
+
 OUTPUTS = {output.name: output for output in (*COORDINATES, *FIELDS, *ACTIVATION, *SCALARS, *PROBES, *EVENTS)}

@@ -23,7 +23,7 @@ from .environment import code_version, machine, versions
 from .errors import ConfigurationError, shown
 from .manifest import FILE as MANIFEST_FILE
 from .manifest import SCHEMA
-from .names import COORDINATES, OUTPUTS
+from .names import CERTAIN, COORDINATES, OUTPUTS
 from .netcdf import netcdf_image
 from .store import (
     CONFIGURATION_FILE,
@@ -57,6 +57,9 @@ LARGEST_RESULT = 4_000_000_000
 
 CLOCK = ("solver_wall_s", "compile_wall_s")
 """Numbers of a summary that are times on the clock, different in every run."""
+
+LEFT_OUT = (*CLOCK, CERTAIN)
+"""Entries of a summary that a fingerprint leaves out."""
 
 UNFINISHED = ("interrupted", "diverged")
 """Runs that broke off: their last checkpoint is kept with them."""
@@ -114,7 +117,7 @@ class Result:
         It does not depend on how a run was stored, nor on the sign or payload of a nan.
         """
         digest = hashlib.sha256()
-        numbers = {key: value for key, value in self.summary.items() if key not in CLOCK}
+        numbers = {key: value for key, value in self.summary.items() if key not in LEFT_OUT}
         digest.update(json.dumps(json_ready(numbers), sort_keys=True).encode("ascii"))
         for name in sorted(self.arrays):
             values = np.asarray(self.arrays[name])

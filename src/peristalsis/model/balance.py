@@ -22,6 +22,9 @@ from .surface_balance import surface_wall_work, volume_of
 
 Floats = NDArray[np.float64]
 
+NEAR_ONE = 1e-3
+"""Distance of the adiabatic exponent from 1 below which the energy of the gas is computed without cancellation."""
+
 
 class Work(NamedTuple):
     """Work over a step [mN cm]: by the muscle and the gas, stored in the wall, lost in wall and friction, kinetic."""
@@ -149,8 +152,9 @@ def _gas_energy(model: Model, volume: float) -> float:
     lumen = model.lumen
     ratio = lumen.reference_volume / volume
     scale = lumen.pressure * lumen.reference_volume
-    if abs(lumen.exponent - 1.0) < 1e-12:
-        return scale * math.log(ratio)
+    above = lumen.exponent - 1.0
+    if abs(above) < NEAR_ONE:  # the difference below would cancel
+        return scale * (math.expm1(above * math.log(ratio)) / above if above != 0.0 else math.log(ratio))
     return scale * (ratio ** (lumen.exponent - 1.0) - 1.0) / (lumen.exponent - 1.0)
 
 
