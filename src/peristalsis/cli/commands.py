@@ -152,7 +152,7 @@ def run_(
         bool,
         typer.Option(
             "--certain",
-            help="Run the doubled grid and the halved steps as well, and say whether they agree; costs five runs in all.",
+            help="Run the doubled grid and the halved steps too, and say whether they agree; five times the cost.",
         ),
     ] = False,
     workers: Annotated[
