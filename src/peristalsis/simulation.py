@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from . import preflight, units
+from . import convergence, preflight, units
 from .build import build
 from .checkpoint import Checkpoints, Found, Head, newest_of
 from .config import FIELDS, Configuration
@@ -67,7 +67,7 @@ class Simulation:
         self.model, self.state, remarks = initial_state(build(configuration))
         if explicit:
             preflight.check_explicit_step(configuration, self.model, self.state)
-        self.remarks = [*preflight.remarks(configuration), *remarks]
+        self.remarks = [*preflight.remarks(configuration), *remarks, *convergence.start_remarks(self.model)]
         dt = self.model.dt_wall
         every = max(1, round(configuration.output.interval / dt))
         cell = self.model.grid.cell_size
@@ -271,7 +271,8 @@ class Simulation:
             self._scalars.absolute_work,
             cost,
         )
-        return Result(self.configuration, summary, arrays, tuple(self.remarks))
+        found = convergence.remarks(self.configuration, arrays, summary)
+        return Result(self.configuration, summary, arrays, (*self.remarks, *found))
 
     def _status(self, arrays: Mapping[str, Any]) -> str:
         if self.failure is not None:

@@ -149,6 +149,9 @@ def _simulate(kept: KeptRun, screen: Screen) -> tuple[Result, Failure | None]:
             screen.line(expected_effort(configuration, simulation.model, simulation.state).words())
         progress.start()
         result = simulation.run()
+    for remark in result.remarks:
+        if remark not in simulation.remarks:
+            screen.warn(remark)
     return result, simulation.failure
 
 
