@@ -29,8 +29,14 @@ END_MARGIN = 0.02
 """A pellet that leaves, or is about to leave, within this share of the duration: its status depends on the duration."""
 MOVED = 0.05
 """Travel [cm] of a pellet that has been moved."""
+LEFT_SPEED = 0.1
+"""Share of its largest speed below which a pellet that is not expelled counts as left behind."""
 PARTS_SHARE = 0.02
 """Share of the wall's steps made in parts beyond which a run is hard going."""
+USUAL_ITERATIONS = 4.0
+"""Iterations of the wall in a step, as 84 random runs needed them: 2 to 9.5 on the mean."""
+MANY = 3.0
+"""Times the usual iterations beyond which a run says so."""
 EARLIER = 0.02
 """Time by which a cell fires before its neighbours on both sides where a wave begins [s]."""
 APART = 0.3
@@ -67,7 +73,7 @@ def remarks(configuration: Configuration, arrays: Mapping[str, Any], summary: Ma
     found = [
         *_spontaneous(configuration, arrays),
         *_stretched_front(configuration, arrays),
-        *_parts(arrays),
+        *_hard_going(configuration, arrays),
     ]
     if configuration.pellet.enabled:
         found += [*_threshold(configuration, arrays), *_left_behind(configuration, arrays, summary)]
@@ -227,10 +233,6 @@ def _left_behind(configuration: Configuration, arrays: Mapping[str, Any], summar
     ]
 
 
-LEFT_SPEED = 0.1
-"""Share of its largest speed below which a pellet that is not expelled counts as left behind."""
-
-
 def _end_decides(configuration: Configuration, arrays: Mapping[str, Any], summary: Mapping[str, Any]) -> list[str]:
     """Whether the pellet leaves depends on how long the run is."""
     duration, transit = configuration.run.duration, summary["transit_s"]
@@ -255,13 +257,24 @@ def _end_decides(configuration: Configuration, arrays: Mapping[str, Any], summar
 # --- solver ---------------------------------------------------------------------------------------
 
 
-def _parts(arrays: Mapping[str, Any]) -> list[str]:
-    """Whether many steps had to be made in parts."""
-    kinds = np.asarray(arrays["event_kind"], dtype=object)
-    cut, steps = int(np.sum(kinds == "step_halved")), max(1, arrays["time_step"].size - 1)
-    if cut <= PARTS_SHARE * steps:
+def _hard_going(configuration: Configuration, arrays: Mapping[str, Any]) -> list[str]:
+    """Whether many steps had to be made in parts, or the wall took far more iterations than usual."""
+    iterations = arrays["newton_iterations"][1:]
+    if iterations.size == 0:
         return []
-    return [
-        f"{cut} of {steps} steps had to be made in parts: the wall is close to having no equilibrium, and its path "
-        f"depends on the step; lower step.wall, or {CERTAIN_HINT}"
-    ]
+    kinds = np.asarray(arrays["event_kind"], dtype=object)
+    cut = int(np.sum(kinds == "step_halved")) + int(np.sum(iterations > configuration.solver.max_newton))
+    mean = float(np.mean(iterations))
+    if cut > PARTS_SHARE * iterations.size:
+        return [
+            f"{cut} of {iterations.size} steps had to be made in parts ({mean:.2g} iterations a step, usual are "
+            f"{USUAL_ITERATIONS:g}): the wall is close to having no equilibrium and its path depends on the step, which "
+            f"also makes the run slow; lower step.wall, or {CERTAIN_HINT}"
+        ]
+    if mean > MANY * USUAL_ITERATIONS:
+        return [
+            f"the wall took {mean:.2g} iterations a step where {USUAL_ITERATIONS:g} are usual, so the run took about "
+            f"{mean / USUAL_ITERATIONS:.2g} times as long as others: much of it folds, or goes slack and taut in every "
+            f"step; lower step.wall, or {CERTAIN_HINT}"
+        ]
+    return []

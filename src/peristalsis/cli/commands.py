@@ -31,7 +31,7 @@ EXAMPLES = {
         "--set grid.n_z_wall=100 --out out/explicit",
         "peristalsis run --config my.toml --out out/mine --json",
         "peristalsis run --config my.toml --out out/mine --resume",
-        "peristalsis run baseline --set 'run.duration=1 s' --certain --workers 2 --out out/sure",
+        "peristalsis run baseline --set 'run.duration=1 s' --certain --out out/sure",
     ),
     "list": ("peristalsis list", "peristalsis list --json"),
     "show": (
