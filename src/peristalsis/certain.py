@@ -29,6 +29,8 @@ TABLE_FILE = "certain.csv"
 """The comparison, beside the result."""
 LIMIT = 2.0
 """Largest change of transit or final position [%] between neighbours that agree."""
+SELDOM = 1e4
+"""Longest interval at which fields may be stored [s]."""
 WORDS = {"grid": "doubled grid", "step": "halved steps"}
 COLUMNS = (
     "run",
@@ -63,10 +65,11 @@ def neighbours(configuration: Configuration) -> dict[str, Configuration]:
     }
     if configuration.solver.integrator == "explicit" and step.explicit > 0.0:
         finer["step"]["step.explicit"] = f"{0.5 * step.explicit!r} ms"
+    seldom = {"output.interval": f"{min(configuration.run.duration, SELDOM)!r} s"}  # fields are not compared
     made = {}
     for name, changes in finer.items():
         try:
-            made[name] = configuration.with_changes(changes)
+            made[name] = configuration.with_changes(changes | seldom)
         except ConfigurationError as error:
             raise ConfigurationError(
                 f"--certain: the neighbour with the {WORDS[name]} cannot be run: {error}"

@@ -111,7 +111,7 @@ def _own_source(configuration: Configuration, arrays: Mapping[str, Any]) -> floa
     p = configuration.pacemaker
     driven = (z >= p.place - APART) & (z <= p.place + p.width + APART)
     if p.kind == "none":
-        driven[:] = False
+        return None if "pacemaker.kind" in configuration.protocols else float(z[np.argmin(known)])
     for k in range(z.size):
         if driven[k] or not np.isfinite(known[k]):
             continue
@@ -268,8 +268,8 @@ def _hard_going(configuration: Configuration, arrays: Mapping[str, Any]) -> list
     if cut > PARTS_SHARE * iterations.size:
         return [
             f"{cut} of {iterations.size} steps had to be made in parts ({mean:.2g} iterations a step, usual are "
-            f"{USUAL_ITERATIONS:g}): the wall is close to having no equilibrium and its path depends on the step, which "
-            f"also makes the run slow; lower step.wall, or {CERTAIN_HINT}"
+            f"{USUAL_ITERATIONS:g}): the wall is close to having no equilibrium and its path depends on the step, "
+            f"which also makes the run slow; lower step.wall, or {CERTAIN_HINT}"
         ]
     if mean > MANY * USUAL_ITERATIONS:
         return [

@@ -49,7 +49,9 @@ def test_a_lopsided_start_is_named() -> None:
     radius = model.free_radius.copy()
     radius[:20] -= 0.3
     (text,) = start_remarks(replace(model, free_radius=radius))
-    assert "lopsided" in text and "up to 3 mm" in text and "lumen.pressure" in text
+    assert "lopsided" in text
+    assert "up to 3 mm" in text
+    assert "lumen.pressure" in text
 
 
 @pytest.mark.parametrize(("ratio", "named"), [(1.04, True), (1.06, True), (1.02, False), (1.12, False)])
@@ -61,12 +63,16 @@ def test_receptors_at_their_threshold_are_named(ratio: float, named: bool) -> No
     assert start_remarks(silent) == []
 
 
-def test_tissue_that_fires_by_itself_is_named() -> None:
-    """Without stable rest the layer fires where no pacemaker is, and a single run is one of many."""
-    changes = QUICK | {"run.duration": "1 s", "pacemaker.kind": "none", "longitudinal.slow_calcium": "0.02 mS/cm^2"}
-    result = ps.run("baseline", changes)
-    assert np.isfinite(result.arrays["activation_longitudinal"]).any()
-    assert any("fires by itself" in text for text in result.remarks)
+def test_tissue_that_fires_by_itself_is_named(short: Result) -> None:
+    """Nothing but the pacemaker starts the longitudinal layer: a wave from elsewhere is the tissue's own."""
+    z = short.arrays["z_cell"]
+    wave = 0.25 * z
+    assert said(short, {"activation_longitudinal": wave[:, None]}) == ""
+    both = np.minimum(wave, 0.5 + 0.25 * np.abs(z - 6.0))
+    assert "fires by itself (at z = 6 cm)" in said(short, {"activation_longitudinal": both[:, None]})
+    assert "fires by itself" in said(short, {"activation_longitudinal": wave[:, None]}, pacemaker__kind="none")
+    reached = np.where(z < 4.0, wave, np.nan)  # where a wave dies nothing begins
+    assert said(short, {"activation_longitudinal": reached[:, None]}) == ""
 
 
 def test_more_upstrokes_than_pulses_are_named(short: Result) -> None:
