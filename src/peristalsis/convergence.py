@@ -86,6 +86,8 @@ def remarks(configuration: Configuration, arrays: Mapping[str, Any], summary: Ma
 
 def _spontaneous(configuration: Configuration, arrays: Mapping[str, Any]) -> list[str]:
     """Waves of the longitudinal layer that no pacemaker started: nothing else starts that layer."""
+    if configuration.grid.n_theta > 1 or "input_changed" in arrays["event_kind"]:
+        return []  # a front may go around the ring, and what drove the tissue before is not known any more
     place = _own_source(configuration, arrays)
     if place is not None:
         where = f"at z = {place:.2g} cm"
@@ -111,7 +113,7 @@ def _own_source(configuration: Configuration, arrays: Mapping[str, Any]) -> floa
     p = configuration.pacemaker
     driven = (z >= p.place - APART) & (z <= p.place + p.width + APART)
     if p.kind == "none":
-        return None if "pacemaker.kind" in configuration.protocols else float(z[np.argmin(known)])
+        return float(z[np.argmin(known)])
     for k in range(z.size):
         if driven[k] or not np.isfinite(known[k]):
             continue
