@@ -27,7 +27,7 @@ from .errors import ConfigurationError, shown
 from .locks import Claim
 from .manifest import FILE as MANIFEST_FILE
 from .manifest import SCHEMA, Manifest
-from .names import COORDINATES, OUTPUTS, Output
+from .names import CERTAIN, COORDINATES, OUTPUTS, Output
 from .netcdf import netcdf_image
 from .paths import located
 from .readonly import ReadOnly, unwritable
@@ -63,6 +63,8 @@ FOREIGN = (
     *(ConfigurationError, Warning),
 )
 """What libraries raise when they are given a file that somebody else made."""
+LEFT_OUT = (*CLOCK, CERTAIN)
+"""Entries of a summary that a fingerprint leaves out."""
 
 UNFINISHED = ("interrupted", "diverged")
 """Runs that broke off: their last checkpoint is kept with them."""
@@ -173,7 +175,7 @@ class Result:
         It does not depend on how a run was stored, nor on the sign or payload of a nan.
         """
         digest = hashlib.sha256()
-        numbers = {key: value for key, value in self.summary.items() if key not in CLOCK}
+        numbers = {key: value for key, value in self.summary.items() if key not in LEFT_OUT}
         digest.update(json.dumps(json_ready(numbers), sort_keys=True).encode("ascii"))
         for name in sorted(self.arrays):
             values = np.asarray(self.arrays[name])

@@ -5,17 +5,20 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 from . import scenarios
+from .certain import make_certain, neighbours, write_table
 from .checkpoint import EVERY, Checkpoints, Found, newest
 from .config import Configuration
 from .ends import ANALLY, ORALLY
 from .environment import code_version
 from .errors import ConfigurationError, DivergenceError, InterruptedRun, WriteError, shown
 from .locks import Claim
+from .names import CERTAIN
 from .paths import located
 from .result import UNFINISHED, Result, load
 from .simulation import Simulation
@@ -35,6 +38,8 @@ def run(
     resume: bool = False,
     overwrite: bool = False,
     progress: Progress | None = None,
+    certain: bool = False,
+    workers: int = 1,
 ) -> Result:
     """Run a scenario (the file's own, or the baseline, if none is named) and return its result.
 
@@ -43,20 +48,27 @@ def run(
     result in, with checkpoints on the way; without it nothing is written. resume: go on from the newest checkpoint
     that an earlier run to this folder (out/SCENARIO unless given) left, or return its result if it had finished; one
     that had finished goes on from its end if only `run.duration` or a stop condition has changed.
+    certain: run the doubled grid and the halved steps as well and compare: `summary["certain"]` says whether they
+    agree, at about five times the cost in all; workers: processes for these two, 1 or 2.
     Raises ConfigurationError for bad input and WriteError for a folder that cannot be written; a run that diverges or
     is interrupted returns its history with `status`. Remarks, such as a grid too coarse for the wave, are in
     `result.remarks`, and each is said once through the logger "peristalsis".
     """
     configuration = scenarios.configuration(scenario, reading=reading, changes=changes, file=file)
+    if certain:
+        neighbours(configuration)  # refused now rather than at the end
     if out is None and not resume:
-        return _said(Simulation(configuration, progress=progress).run())
+        result = Simulation(configuration, progress=progress).run()
+        return _said(make_certain(result, workers) if certain else result)
     target = Path("out", configuration.scenario) if out is None else located(out)
     kept = KeptRun(configuration, target, resume, overwrite)
     if kept.finished is not None:
-        return kept.finished
+        return kept.finished_and_certain(workers) if certain else kept.finished
     with kept:
         result = kept.begin(progress).run()
-        kept.save(result)
+        if certain:
+            result = make_certain(result, workers)
+        kept.save(result, partial(write_table, result.summary))
     return _said(result)
 
 
@@ -216,6 +228,28 @@ class KeptRun:
             self._say(f"resumed at t = {found.head.time:.6g} s from {shown(str(found.file))}")
         self._simulation = simulation
         return simulation
+
+    def finished_and_certain(
+        self, workers: int = 1, say: Say | None = None, extras: Callable[[Result, Path], None] | None = None
+    ) -> Result:
+        """The finished result with the verdict of its neighbours, made and stored now if it has none yet.
+
+        extras: called with the result and the folder before that is put in place, to add files such as pictures.
+        """
+        if self.finished is None:
+            raise ValueError("the run is not finished")
+        known = self.finished.summary.get(CERTAIN)
+        if self.finished.status in UNFINISHED or (known is not None and known["agrees"] is not None):
+            return self.finished
+        result = make_certain(self.finished, workers, say)
+
+        def fill(folder: Path) -> None:
+            write_table(result.summary, folder)
+            if extras is not None:
+                extras(result, folder)
+
+        result.save(self.target, True, fill)
+        return result
 
     def save(self, result: Result, extras: Callable[[Path], None] | None = None) -> None:
         """Put the result in place, and remove what other runs of this configuration left beside it."""

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from . import preflight, units
+from . import convergence, preflight, units
 from .build import build
 from .checkpoint import Checkpoints, Found, Head, newest_of
 from .config import ENDS, FIELDS, Configuration
@@ -78,7 +78,7 @@ class Simulation:
         if explicit:
             preflight.check_explicit_step(configuration, self.model, self.state)
         at_start = preflight.remarks_of_start(configuration, self.state)
-        self.remarks = [*preflight.remarks(configuration), *remarks, *at_start]
+        self.remarks = [*preflight.remarks(configuration), *remarks, *at_start, *convergence.start_remarks(self.model)]
         dt = self.model.dt_wall
         every = max(1, round(configuration.output.interval / dt))
         cell = self.model.grid.cell_size
@@ -355,8 +355,11 @@ class Simulation:
             self._scalars.absolute_work,
             cost,
         )
-        remarks = (*self.remarks, *remarks_of_summary(self.configuration, summary, arrays))
-        return Result(self.configuration, summary, arrays, remarks)
+        found = [
+            *remarks_of_summary(self.configuration, summary, arrays),
+            *convergence.remarks(self.configuration, arrays, summary),
+        ]
+        return Result(self.configuration, summary, arrays, (*self.remarks, *found))
 
     def _status(self, arrays: Mapping[str, Any]) -> str:
         if self.failure is not None:
