@@ -22,7 +22,7 @@ ALLOWED = {
     "units": {"units", "errors"},
     "errors": {"errors"},
     "parameters": {"parameters", "units", "errors"},
-    "disk": {"disk"},
+    "disk": {"disk", "errors"},
     "paths": {"paths", "errors"},
     "protocols": {"protocols", "disk", "paths", "units", "errors"},
     "regions": {"regions", "disk", "paths", "units", "errors"},
