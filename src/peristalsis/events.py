@@ -65,9 +65,9 @@ class EventRecorder:
 
     def _stimuli(self, model: Model, before: State, after: State, time: float) -> None:
         start = before.step * model.dt_wall
-        for layer, trains in (("longitudinal", model.longitudinal_trains), ("circular", model.circular_trains)):
-            for train in trains:
-                for pulse in train.between(start, time):
+        for layer in ("longitudinal", "circular"):
+            for source in after.sources:
+                for pulse in getattr(source, layer):
                     if start <= pulse.begin < time:
                         middle = 0.5 * (pulse.low + pulse.high)
                         self.note(pulse.begin, "pacemaker", middle, f"pulse on the {layer} layer")

@@ -26,7 +26,14 @@ SHAPES = ("step", "ramp", "table")
 MOST_KNOTS = 1000
 LARGEST_TABLE = 1_000_000
 
-CHANGEABLE_SECTIONS = ("pacemaker", "trigger", "reflex")
+CHANGEABLE_SECTIONS = ("pacemaker", "trigger", "reflex", "rings")
+FIXED_KEYS = (
+    "pacemaker.kind",
+    "pacemaker.cell_rate",
+    "pacemaker.cell_slow_calcium",
+    "rings.enabled",
+    "rings.positions",
+)
 CHANGEABLE_KEYS = (
     "pellet.viscous_friction",
     "pellet.dry_friction",
@@ -56,8 +63,7 @@ CHANGEABLE_KEYS = (
 def changeable(key: str) -> bool:
     """Whether a parameter may change while a run is under way."""
     section = key.partition(".")[0]
-    fixed = ("pacemaker.kind", "pacemaker.cell_rate", "pacemaker.cell_slow_calcium")
-    return key in CHANGEABLE_KEYS or (section in CHANGEABLE_SECTIONS and key not in fixed)
+    return key in CHANGEABLE_KEYS or (section in CHANGEABLE_SECTIONS and key not in FIXED_KEYS)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..control.pacemaker import waiting
 from ..control.reflex import SILENT
 from ..control.sequence import quiet
 from ..errors import DivergenceError
@@ -81,6 +82,7 @@ def _at_rest(
         pressure=model.lumen.pressure,
         trigger=quiet((model.grid.n_z, model.grid.n_theta_conduction)),
         reflex=SILENT,
+        sources=tuple(waiting(source) for source in model.sources),
     )
 
 

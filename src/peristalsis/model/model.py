@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..control.pacemaker import PulseTrain
+from ..control.pacemaker import Source
 from ..control.pulses import RING
 from ..control.reflex import Reflex
 from ..control.sequence import Trigger
@@ -133,8 +133,7 @@ class Model:
     wall: WallConstants
     pellet: PelletConstants
     lumen: LumenConstants
-    longitudinal_trains: tuple[PulseTrain, ...]
-    circular_trains: tuple[PulseTrain, ...]
+    sources: tuple[Source, ...]
     pacemaker_cell: PacemakerCell | None
     trigger: Trigger
     reflex: Reflex
