@@ -27,7 +27,7 @@ from peristalsis import units
 from peristalsis.consistency import check
 from peristalsis.errors import ConfigurationError, UnknownKeyError, shown, suggestion
 from peristalsis.parameters import PARAMETERS, READINGS, Parameter, Value, shipped
-from peristalsis.protocols import Protocol
+from peristalsis.protocols import Protocol, values_at
 from peristalsis.protocols import parse as parse_protocol
 from peristalsis.recording import CHOICES as FIELD_CHOICES
 from peristalsis.regions import Region
@@ -449,6 +449,11 @@ class Configuration(BaseModel):
     def time_courses(self) -> tuple[Protocol, ...]:
         """The protocols as functions of time."""
         return tuple(parse_protocol(line, _numbers()) for line in self.protocols)
+
+    def at_start(self) -> Self:
+        """A copy with the values that the protocols have at t = 0, which the run starts from; itself without any."""
+        courses = self.time_courses()
+        return self.at_time(values_at(courses, 0.0)) if courses else self
 
     def at_time(self, values: Mapping[str, float]) -> Self:
         """A copy with checked numbers put in place by key, without checking them again: for use inside a run."""

@@ -16,7 +16,7 @@ from .model.state import State
 from .model.step import StepReport
 from .model.step_summary import StepSummary, summary_of_step
 from .names import SCALARS
-from .recording import ALL, chosen
+from .recording import ALL, chosen, due
 from .tissue.cells.plant import GATES
 from .wall import membrane
 
@@ -104,9 +104,9 @@ class ScalarRecorder:
 
 @dataclass
 class FieldRecorder:
-    """Chosen fields of `names.FIELDS` every `every` steps, and at the end of the run."""
+    """Chosen fields of `names.FIELDS` every `every` steps, or at the first step after, and at the end of the run."""
 
-    every: int
+    every: float
     names: tuple[str, ...] = chosen((ALL,))
     steps: list[int] = field(default_factory=list)
     frames: dict[str, list[Floats]] = field(default_factory=dict)
@@ -117,7 +117,7 @@ class FieldRecorder:
 
     def see(self, model: Model, before: State, after: State, report: StepReport) -> str | None:
         """Record if the step is due."""
-        if after.step % self.every == 0:
+        if due(after.step, self.every):
             self._record(model, after)
         return None
 

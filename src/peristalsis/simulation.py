@@ -21,7 +21,7 @@ from .build import build
 from .checkpoint import Checkpoints, Found, Head, newest_of
 from .config import FIELDS, Configuration
 from .environment import code_version
-from .errors import ConfigurationError, DivergenceError, InterruptedRun, shown, suggestion
+from .errors import ConfigurationError, DivergenceError, InterruptedRun, StoppedRun, shown, suggestion
 from .events import Event, EventRecorder
 from .model.guards import advance_safely, violation
 from .model.initial import initial_state
@@ -40,7 +40,7 @@ from .observers import (
 )
 from .packing import pack, packable, unpack
 from .protocols import changeable, values_at
-from .recording import chosen
+from .recording import chosen, frames_apart, whole_steps
 from .result import Result, summarise
 from .warm_up import warm_up
 
@@ -64,12 +64,14 @@ class Simulation:
         self._begun_with = configuration
         explicit = configuration.solver.integrator == "explicit"
         self.compile_seconds = warm_up(surface=configuration.grid.n_theta > 1, explicit=explicit)
-        self.model, self.state, remarks = initial_state(build(configuration))
+        self._courses = configuration.time_courses()
+        self._inputs = values_at(self._courses, 0.0)
+        self.model, self.state, remarks = initial_state(build(configuration.at_time(self._inputs)))
         if explicit:
             preflight.check_explicit_step(configuration, self.model, self.state)
         self.remarks = [*preflight.remarks(configuration), *remarks]
         dt = self.model.dt_wall
-        every = max(1, round(configuration.output.interval / dt))
+        every = frames_apart(configuration.output.interval, dt)
         cell = self.model.grid.cell_size
         probes = np.array(configuration.output.probes, dtype=float)
         cells = np.clip((probes / cell).astype(np.int64), 0, self.model.grid.n_z - 1)
@@ -88,8 +90,6 @@ class Simulation:
             StopConditions(run.stop_position, run.stop_when_arrested),
             *observers,
         ]
-        self._courses = configuration.time_courses()
-        self._inputs: dict[str, float] = {}
         if progress is not None:
             self._observers.append(Callback(progress))
         self.stopped: str | None = None
@@ -133,11 +133,17 @@ class Simulation:
         """Advance by a time such as "0.1 s" or "50 ms" and return the state.
 
         Whole steps only: the steps are those of an uninterrupted run whatever the pieces, and what is left of a
-        piece is kept for the next. Raises DivergenceError (the history stays) and ConfigurationError (bad time).
+        piece is kept for the next. Raises DivergenceError (the history stays), ConfigurationError (bad time) and
+        StoppedRun if the run has been stopped: `stopped` holds the reason, None before.
         """
         seconds = units.parse(duration, "s", "advance")
         if seconds <= 0.0:
             raise ConfigurationError(f"advance = {seconds:g} s is not a step forward; give a positive time")
+        if self.stopped is not None:
+            raise StoppedRun(
+                f"the run was stopped at t = {self.time:.6g} s ({self.stopped}) and does not go on; "
+                f"{_way_on(self.stopped)}"
+            )
         self._target += seconds
         self._advance_to(self._target)
         return self.state
@@ -145,17 +151,26 @@ class Simulation:
     def set(self, changes: Mapping[str, Any]) -> None:
         """Change inputs of the run from now on, such as {"lumen.pressure": "0.2 kPa"}; V0 stays.
 
-        Only pressure, friction, muscle force, conductances and the drivers can change (`protocols.changeable`).
+        Only pressure, friction, muscle force, conductances and the drivers can change (`protocols.changeable`). The
+        protocol of a parameter that is set ends here, in the configuration too, and the event says so.
         Raises ConfigurationError for anything else and for bad values; nothing changes then.
         """
-        fixed = [key for key in changes if not changeable(str(key))]
+        fixed = [key for key in changes if key not in FIELDS or not changeable(key)]
         if fixed:
             known = [key for key in FIELDS if changeable(key)]
             raise ConfigurationError(f"{fixed[0]} cannot change during a run; {suggestion(str(fixed[0]), known)}")
-        self.configuration = self.configuration.with_changes(changes)
-        self.model = build(self.configuration, like=self.model)
-        self._inputs = {}
-        words = ", ".join(f"{key} = {value}" for key, value in changes.items())
+        ended = {course.parameter for course in self._courses} & changes.keys()
+        lasting = [
+            line
+            for line, course in zip(self.configuration.protocols, self._courses, strict=True)
+            if course.parameter not in ended
+        ]
+        self.configuration = self.configuration.with_changes({**changes, "protocols": lasting} if ended else changes)
+        self._courses = self.configuration.time_courses()
+        self._follow_protocols(anew=True)
+        words = ", ".join(
+            f"{key} = {value}{' (its protocol ends)' if key in ended else ''}" for key, value in changes.items()
+        )
         self._events.note(self.time, "input_changed", math.nan, words)
 
     def events(self) -> tuple[Event, ...]:
@@ -165,7 +180,8 @@ class Simulation:
     def run(self) -> Result:
         """Advance to the end and return the result; a run that breaks off returns its history and says why."""
         try:
-            self._advance_to(self.configuration.run.duration)
+            dt = self.model.dt_wall
+            self._advance_to(whole_steps(self.configuration.run.duration, dt) * dt)
         except (DivergenceError, InterruptedRun) as error:
             self.failure = error
             self.error = str(error)
@@ -175,13 +191,16 @@ class Simulation:
 
     def _advance_to(self, target: float) -> None:
         last = math.floor(target / self.model.dt_wall + 1e-9)
-        with _stop_at_signals() as stopped:
-            while self.state.step < last and self.stopped is None:
-                if stopped():
-                    raise InterruptedRun(f"interrupted at t = {self.time:.6g} s; the history up to there is kept")
-                self._step()
-                if self._checkpoints is not None and self._checkpoints.due(self.time):
-                    self._checkpoints.write(self.time, self.checkpoint())
+        try:
+            with _stop_at_signals() as stopped:
+                while self.state.step < last and self.stopped is None:
+                    if stopped():
+                        raise InterruptedRun(f"interrupted at t = {self.time:.6g} s; the history up to there is kept")
+                    self._step()
+                    if self._checkpoints is not None and self._checkpoints.due(self.time):
+                        self._checkpoints.write(self.time, self.checkpoint())
+        finally:  # the next piece begins where this one ended
+            self._target = self.time if self.state.step < last else max(self._target, self.time)
 
     def checkpoint(self) -> bytes:
         """Everything that the rest of the run depends on, to the bit; `restore` takes it."""
@@ -202,10 +221,12 @@ class Simulation:
             raise ConfigurationError(f"the checkpoint {shown(str(found.file))} cannot be taken up: {error}") from None
         self.state = parts["state"]
         clock: _Clock = parts["clock"]
-        self.stopped, self._target, self._solver_seconds = clock.stopped, clock.target, clock.solver_seconds
+        self.stopped, self._solver_seconds = clock.stopped, clock.solver_seconds
+        self._target = max(clock.target, self.time)
         if clock.configuration != self.configuration.to_toml():
             self.configuration = Configuration.from_toml(clock.configuration)
-            self.model = build(self.configuration, like=self.model)
+        self._courses = self.configuration.time_courses()
+        self._follow_protocols(anew=True)
         for name, observer in self._kept_observers().items():
             vars(observer).update(vars(parts[name]))
         self.remarks += found.remarks
@@ -233,10 +254,10 @@ class Simulation:
         named = {f"{place} {type(observer).__name__}": observer for place, observer in enumerate(self._observers)}
         return {name: one for name, one in named.items() if is_dataclass(one) and packable(type(one))}
 
-    def _follow_protocols(self) -> None:
-        """Put the protocols' values at the start of the coming step in place, where they have changed."""
+    def _follow_protocols(self, anew: bool = False) -> None:
+        """Put the protocols' values at the start of the coming step in place, where they have changed, or all anew."""
         values = values_at(self._courses, self.time)
-        if values != self._inputs:
+        if anew or values != self._inputs:
             self._inputs = values
             self.model = build(self.configuration.at_time(values), like=self.model)
 
@@ -311,6 +332,19 @@ class Simulation:
             "event_words": np.array([event.words for event in events], dtype=object),
         }
         return arrays
+
+
+_WAYS_ON = (
+    ("expelled", "set run.stop_when_expelled = false beforehand for one that does"),
+    ("the pellet has reached", "set run.stop_position farther on beforehand for one that does"),
+    ("the pellet has come to rest", "set run.stop_when_arrested = false beforehand for one that does"),
+)
+
+
+def _way_on(reason: str) -> str:
+    """What to set for a run that is not stopped for this reason."""
+    ways = [way for begins, way in _WAYS_ON if reason.startswith(begins)]
+    return ways[0] if ways else "an observer stopped it; take it out for one that does"
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import peristalsis as ps
-from peristalsis.config import Configuration
+from peristalsis import units
+from peristalsis.config import FIELDS, Configuration, FieldSpec
 from peristalsis.errors import ConfigurationError
 from peristalsis.protocols import Protocol, changeable, parse
 
@@ -133,7 +134,8 @@ def test_protocol_and_set_between_advances_give_the_same_bits() -> None:
     ]
     whole = ps.run("baseline", {**TINY, "protocols": lines})
     courses = ps.configuration("baseline", changes={"protocols": lines}).time_courses()
-    sim = ps.Simulation(ps.configuration("baseline", changes=TINY))
+    at_start = {"lumen.pressure": "0.1 kPa", "longitudinal.slow_calcium": "0.004 mS/cm^2"}
+    sim = ps.Simulation(ps.configuration("baseline", changes=TINY | at_start))
     for _ in range(50):
         pressure, conductance = (course.at(sim.time) for course in courses)
         sim.set({"lumen.pressure": f"{pressure!r} kPa", "longitudinal.slow_calcium": f"{conductance!r} mS/cm^2"})
@@ -160,3 +162,52 @@ def test_set_refuses_what_cannot_change_and_changes_nothing() -> None:
         with pytest.raises(ConfigurationError):
             sim.set(changes)
     assert sim.model is model
+
+
+SMALL = {"grid.n_z": 50, "grid.n_z_wall": 60, "run.duration": "0.02 s", "output.interval": "10 ms"}
+ONE_COLUMN = "pacemaker.angular_width"  # of which there can be but one value
+CHANGED = [s for key, s in FIELDS.items() if changeable(key) and s.kind == "number" and key != ONE_COLUMN]
+
+
+@pytest.mark.parametrize("spec", CHANGED, ids=lambda spec: spec.key)
+def test_a_value_and_a_protocol_that_has_it_from_the_start_give_the_same_bits(spec: FieldSpec) -> None:
+    """Whatever may change: the start, its rest and its inflation too, knows the values at t = 0."""
+    base = ps.configuration("baseline", changes=SMALL | OWN.get(spec.section, {}))
+    value = base.flat()[spec.key]
+    assert isinstance(value, float)
+    other = value * 1.05 if value else 0.01
+    changed = units.written(other if other <= spec.bounds.get("le", other) else value * 0.95, spec.unit)
+    given = ps.Simulation(base.with_changes({spec.key: changed})).run()
+    line = f"{spec.key}: step {changed} at 0 s"
+    followed = ps.Simulation(base.with_changes({"protocols": [line]})).run()
+    assert given.arrays.keys() == followed.arrays.keys()
+    for name, values in given.arrays.items():
+        assert np.array_equal(values, followed.arrays[name], equal_nan=values.dtype.kind == "f"), name
+    assert given.remarks == followed.remarks
+
+
+OWN: dict[str, dict[str, object]] = {
+    "pacemaker": {"pacemaker.kind": "periodic", "trigger.rule": "pacemaker"},
+    "rings": {"rings.enabled": True, "rings.positions": ["5 cm"], "pacemaker.kind": "none", "trigger.rule": "none"},
+}
+"""What makes the parameters of a section act."""
+
+
+def test_what_is_set_ends_its_protocol() -> None:
+    """And no other one; event, configuration and model agree."""
+    lines = ["lumen.pressure: ramp 0.1 kPa at 0 s, 0.2 kPa at 1 s", "circular.active: step 0.2 at 0 s, 0.1 at 0.01 s"]
+    sim = ps.Simulation(ps.configuration("baseline", changes=SMALL | {"protocols": lines}))
+    sim.advance("4 ms")
+    sim.set({"lumen.pressure": "0.3 kPa"})
+    sim.advance("12 ms")
+    assert sim.model.lumen.pressure == pytest.approx(30.0)
+    assert sim.configuration.lumen.pressure == 0.3
+    assert [course.parameter for course in sim.configuration.time_courses()] == ["circular.active"]
+    assert sim.model.circular.force_factor == 0.1
+    assert "lumen.pressure = 0.3 kPa (its protocol ends)" in [event.words for event in sim.events()]
+
+
+def test_set_takes_keys_and_no_tables() -> None:
+    sim = ps.Simulation(ps.configuration("baseline", changes=SMALL))
+    with pytest.raises(ConfigurationError, match="cannot change"):
+        sim.set({"pacemaker": {"kind": "none"}})
