@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from os import PathLike
@@ -29,6 +30,8 @@ from .result import CLOCK, json_ready
 from .runner import KeptRun
 from .store import CONFIGURATION_FILE, SUMMARY_FILE, Workspace, quarantine, read_file, recover, verify
 from .studies.pool import Failure, carry_out
+from .units import QuantityError
+from .units import read as read_quantity
 from .warm_up import warm_up
 
 TABLE, RUNS = "table.csv", "runs"
@@ -215,9 +218,11 @@ def _table(keys: tuple[str, ...], rows: tuple[Row, ...], target: Path) -> bytes:
     writer.writerow(["name", *keys, *numbers, "fingerprint", "folder"])
     for row, one in zip(rows, flat, strict=True):
         folder = "" if row.folder is None else row.folder.relative_to(target).as_posix()
-        values = [as_text(row.point.values[key]) if key in row.point.values else "" for key in units]
-        cells = [row.point.name, *values, *(_cell(one.get(name)) for name in numbers), row.fingerprint, folder]
-        writer.writerow([f"'{cell}" if cell.startswith(RISKY) and not _is_number(cell) else cell for cell in cells])
+        given = {key: as_text(row.point.values[key]) if key in row.point.values else "" for key in units}
+        values = [_guarded(text, units[key]) for key, text in given.items()]
+        cells = [row.point.name, *(_cell(one.get(name)) for name in numbers), row.fingerprint, folder]
+        name, *rest = map(_guarded, cells)
+        writer.writerow([name, *values, *rest])
     return text.getvalue().encode("utf-8")
 
 
@@ -235,9 +240,17 @@ def _cell(value: object) -> str:
     return "" if value is None else value if isinstance(value, str) else repr(value)
 
 
-def _is_number(cell: str) -> bool:
+def _guarded(cell: str, unit: str = "") -> str:
+    """A cell that no spreadsheet takes for a formula; numbers stay as they are, those with a unit in their column."""
+    return f"'{cell}" if cell.startswith(RISKY) and not _is_number(cell, unit) else cell
+
+
+def _is_number(cell: str, unit: str) -> bool:
     try:
         float(cell)
     except ValueError:
-        return False
+        try:
+            return bool(unit) and math.isfinite(read_quantity(cell, unit))
+        except QuantityError:
+            return False
     return True
