@@ -111,9 +111,22 @@ def _drivers(c: Configuration) -> Iterator[str]:
             f"pacemaker.onset = {c.pacemaker.onset:g} s: the run ends at {c.run.duration:g} s, before the first pulse"
         )
 
+    late = [one for one in c.stimuli if one.onset >= c.run.duration]
+    if late:
+        yield (
+            f"stimuli: {len(late)} of {len(c.stimuli)} begin at or beyond the end of the run at {c.run.duration:g} s, "
+            f"first that at {min(one.onset for one in late):g} s"
+        )
+
 
 def _places(c: Configuration) -> Iterator[str]:
     cell = c.wall.length / c.grid.n_z
+    narrow = [one for one in c.stimuli if one.high - one.low < cell * (1.0 - 1e-9)]
+    if narrow:
+        yield (
+            f"stimuli: {len(narrow)} of {len(c.stimuli)} are narrower than a cell of {cell:.4g} cm (grid.n_z = "
+            f"{c.grid.n_z}), first that at {narrow[0].onset:g} s: the cells there get their share of it"
+        )
     widths = [("pacemaker.width", c.pacemaker.width, c.pacemaker.kind != "none")]
     widths.append(("rings.width", c.rings.width, c.rings.enabled))
     for key, width, used in widths:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from .config import Configuration
 from .config import Layer as LayerConfiguration
 from .control.pacemaker import Outlet, Source
+from .control.pulses import Listed, Pulse, listed
 from .control.reflex import Reflex
 from .control.sequence import Trigger
 from .geometry.grid import Grid
@@ -97,6 +98,25 @@ def build(configuration: Configuration, like: Model | None = None) -> Model:
         sideways_friction=c.pellet.sideways_friction if c.pellet.sideways == "free" else None,
         friction=FrictionLaw(c.pellet.static_friction_factor, c.pellet.friction_coefficient),
         explicit=_explicit(c),
+        stimuli_longitudinal=_listed(c, "longitudinal"),
+        stimuli_circular=_listed(c, "circular"),
+    )
+
+
+def _listed(c: Configuration, layer: str) -> Listed:
+    """Pulses of the stimuli of a layer at listed times."""
+    own = [one for one in c.stimuli if one.layer == layer]
+    return listed(
+        Pulse(
+            one.onset,
+            one.onset + one.duration,
+            one.low,
+            one.high,
+            one.strength,
+            to_internal(one.angle, "deg"),
+            to_internal(one.sector, "deg"),
+        )
+        for one in own
     )
 
 

@@ -15,6 +15,7 @@ from .model.step import StepReport
 
 KINDS = (
     "pacemaker",
+    "stimulus",
     "trigger",
     "receptors",
     "slip",
@@ -71,6 +72,12 @@ class EventRecorder:
                     if start <= pulse.begin < time:
                         middle = 0.5 * (pulse.low + pulse.high)
                         self.note(pulse.begin, "pacemaker", middle, f"pulse on the {layer} layer")
+        for layer, pulses in (("longitudinal", model.stimuli_longitudinal), ("circular", model.stimuli_circular)):
+            for pulse in pulses.between(start, time):
+                if start <= pulse.begin < time:
+                    middle = 0.5 * (pulse.low + pulse.high)
+                    words = f"{pulse.strength:g} uA/cm^2 for {pulse.end - pulse.begin:g} s on the {layer} layer"
+                    self.note(pulse.begin, "stimulus", middle, words)
         # Where no cell fires the array is mostly the same one, and need not be looked at.
         same = after.trigger.start is before.trigger.start
         fired: Any = () if same else np.flatnonzero((after.trigger.start != before.trigger.start).any(axis=1))

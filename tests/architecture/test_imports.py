@@ -24,10 +24,21 @@ ALLOWED = {
     "parameters": {"parameters", "units", "errors"},
     "protocols": {"protocols", "units", "errors"},
     "regions": {"regions", "units", "errors"},
+    "stimuli": {"stimuli", "units", "errors"},
     "names": {"names"},
     "recording": {"recording", "names"},
     "consistency": {"consistency", "config", "parameters", "recording", "regions", "units", "errors"},
-    "config": {"config", "consistency", "protocols", "recording", "regions", "parameters", "units", "errors"},
+    "config": {
+        "config",
+        "consistency",
+        "protocols",
+        "stimuli",
+        "recording",
+        "regions",
+        "parameters",
+        "units",
+        "errors",
+    },
 }
 """What each layer may import of the package; layers that are not named lie above all of these."""
 
