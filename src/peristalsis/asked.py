@@ -10,12 +10,14 @@ import bisect
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from . import units
 from .config import Configuration
 from .observers import ARREST_WINDOW
 from .parameters import PARAMETERS
 from .protocols import Protocol
-from .recording import frames_apart, whole_steps
+from .recording import ROUNDING, frames_apart, whole_steps
 
 
 def remarks(configuration: Configuration) -> list[str]:
@@ -31,7 +33,7 @@ def _step(c: Configuration) -> float:
 def _lengths(c: Configuration) -> Iterator[str]:
     step = _step(c)
     count = whole_steps(c.run.duration, step)
-    if abs(c.run.duration - count * step) > 1e-6 * step:
+    if abs(c.run.duration - count * step) > ROUNDING * step:
         yield (
             f"run.duration = {c.run.duration:g} s is no whole number of steps of {c.step.wall:g} ms: the run goes on "
             f"to {count * step:.12g} s"
@@ -67,8 +69,9 @@ def _courses(c: Configuration) -> Iterator[str]:
                 f"protocols: {late} of {len(course.times)} values of {course.parameter} lie at or beyond the end of "
                 f"the run at {end:g} s"
             )
-        between = [time for time in course.times[1:] if abs(time / step - round(time / step)) > 1e-6]
-        if course.shape == "step" and between:
+        stepped = course.times[1:] if course.shape == "step" else ()
+        between = [time for time in stepped if abs(time / step - round(time / step)) > ROUNDING]
+        if between:
             yield (
                 f"protocols: {course.parameter} changes between two steps, first at {between[0]:.12g} s, and takes its "
                 f"value at the next, less than {c.step.wall:g} ms later"
@@ -77,8 +80,8 @@ def _courses(c: Configuration) -> Iterator[str]:
 
 def unseen(course: Protocol, step: float) -> list[int]:
     """Values that no step begins with, because a later one rules or has passed by then: their numbers."""
-    first = [math.ceil(time / step - 1e-6) for time in course.times]
-    return [k for k in range(len(first) - 1) if first[k] == first[k + 1]]
+    first = np.ceil(np.asarray(course.times) / step - ROUNDING)
+    return [int(k) for k in np.flatnonzero(first[1:] == first[:-1])]
 
 
 def _ends(c: Configuration) -> Iterator[str]:

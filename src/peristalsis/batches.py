@@ -12,7 +12,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from . import disk
+from . import disk, tables
 from .checkpoint import EVERY
 from .config import FIELDS, Configuration
 from .environment import code_version
@@ -196,7 +196,7 @@ def _record(task: _Task, status: str, error: str) -> None:
         "status": status,
         "error": " ".join(error.split()),
     }
-    files = {
+    files = tables.files_of(configuration.protocols) | {
         CONFIGURATION_FILE: configuration.to_toml().encode("utf-8"),
         SUMMARY_FILE: (json.dumps(json_ready(summary), indent=2) + "\n").encode("utf-8"),
     }

@@ -30,21 +30,26 @@ from .wall.surface_regularisers import SurfaceConstants
 Floats = NDArray[np.float64]
 
 
-def build(configuration: Configuration, like: Model | None = None) -> Model:
+def build(configuration: Configuration, like: Model | None = None, since: Configuration | None = None) -> Model:
     """The model of a configuration; V0 and the pellet-free radius are still those of the undeformed tube.
 
-    like: the model of a run under way, whose grid, V0 and pellet-free radius are kept: only inputs change.
+    like: the model of a run under way, whose grid, V0 and pellet-free radius are kept: only inputs change. since: the
+    configuration that it was built from; parts whose section is the same object are taken over.
     """
     c = configuration
+
+    def same(*sections: str) -> bool:
+        return since is not None and all(getattr(c, name) is getattr(since, name) for name in (*sections, "regions"))
+
     grid = like.grid if like is not None else _grid(c)
     cell = cell_constants(c, c.tissue.kinetics_rate)
     dt_wall = to_internal(c.step.wall, "ms")
     return Model(
         grid=grid,
         cell=cell,
-        longitudinal=_layer(c, "longitudinal", grid),
-        circular=_layer(c, "circular", grid),
-        wall=_wall(c, grid),
+        longitudinal=like.longitudinal if like and same("longitudinal") else _layer(c, "longitudinal", grid),
+        circular=like.circular if like and same("circular") else _layer(c, "circular", grid),
+        wall=like.wall if like and same("wall", "longitudinal", "circular") else _wall(c, grid),
         pellet=PelletConstants(
             present=c.pellet.enabled,
             radius=c.pellet.radius,
@@ -98,8 +103,8 @@ def build(configuration: Configuration, like: Model | None = None) -> Model:
         sideways_friction=c.pellet.sideways_friction if c.pellet.sideways == "free" else None,
         friction=FrictionLaw(c.pellet.static_friction_factor, c.pellet.friction_coefficient),
         explicit=_explicit(c),
-        stimuli_longitudinal=_listed(c, "longitudinal"),
-        stimuli_circular=_listed(c, "circular"),
+        stimuli_longitudinal=like.stimuli_longitudinal if like and same("stimuli") else _listed(c, "longitudinal"),
+        stimuli_circular=like.stimuli_circular if like and same("stimuli") else _listed(c, "circular"),
     )
 
 

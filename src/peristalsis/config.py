@@ -23,12 +23,13 @@ from typing import Annotated, Any, Literal, Self, get_args, get_origin
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 from pydantic.fields import FieldInfo
 
-from peristalsis import units
+from peristalsis import tables, units
 from peristalsis.consistency import check
 from peristalsis.errors import ConfigurationError, UnknownKeyError, shown, suggestion
 from peristalsis.parameters import PARAMETERS, READINGS, Parameter, Value, shipped
 from peristalsis.protocols import Protocol, values_at
 from peristalsis.protocols import parse as parse_protocol
+from peristalsis.protocols import parse_all as parse_protocols
 from peristalsis.recording import CHOICES as FIELD_CHOICES
 from peristalsis.regions import Region
 from peristalsis.regions import read as read_regions
@@ -444,7 +445,7 @@ class Configuration(BaseModel):
         if not isinstance(lines, list | tuple):
             raise ValueError("not a list of protocols, each one line of text")
         numbers = _numbers()
-        read = [parse_protocol(line, numbers) for line in lines[: MOST_PROTOCOLS + 1]]  # more are refused unread
+        read = [one for line in lines[: MOST_PROTOCOLS + 1] for one in parse_protocols(line, numbers)]  # others unread
         return tuple(protocol.text(numbers[protocol.parameter]) for protocol in read)
 
     @field_validator("stimuli", mode="before")
@@ -478,6 +479,14 @@ class Configuration(BaseModel):
             sections.setdefault(section, {})[name] = value
         update = {name: getattr(self, name).model_copy(update=fields) for name, fields in sections.items()}
         return self.model_copy(update=update)
+
+    def __getstate__(self) -> dict[Any, Any]:
+        """For other processes: with the tables of many rows that protocols name."""
+        return super().__getstate__() | {"tables": tables.held(self.protocols)}
+
+    def __setstate__(self, state: dict[Any, Any]) -> None:
+        tables.hold_all(state.pop("tables"))
+        super().__setstate__(state)
 
     def to_toml(self) -> str:
         """The complete configuration; `from_toml` reads it back identically."""

@@ -48,7 +48,7 @@ def _check_protocols(config: Configuration) -> None:
             raise ConfigurationError(f"protocols: {protocol.parameter} has two of them; keep one")
         seen.add(protocol.parameter)
         unit = PARAMETERS[protocol.parameter].unit
-        for value in {min(protocol.values), max(protocol.values)}:
+        for value in dict.fromkeys(protocol.extremes()):
             try:
                 config.overlaid({"protocols": [], "stimuli": [], protocol.parameter: units.written(value, unit)})
             except ConfigurationError as error:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import tables
 from ._version import __version__
 from .config import Configuration
 from .disk import read_regular
@@ -147,7 +148,7 @@ class Result:
         try:
             image = netcdf_image(self.arrays, self._attributes())
             summary = json.dumps(json_ready(self.summary), indent=2, allow_nan=False) + "\n"
-            files = {
+            files = tables.files_of(self.configuration.protocols) | {
                 RESULT_FILE: image,
                 CONFIGURATION_FILE: self.configuration.to_toml().encode("utf-8"),
                 SUMMARY_FILE: summary.encode("utf-8"),
@@ -197,6 +198,7 @@ def load(folder: str | os.PathLike[str]) -> Result:
     place = path if path.is_dir() or path.name != RESULT_FILE else path.parent
     recover(place)
     found = read_manifest(place)
+    contents: dict[str, bytes] = {}
     if found is None:
         image = _without_manifest(place)
     elif RESULT_FILE not in found.files:
@@ -208,6 +210,7 @@ def load(folder: str | os.PathLike[str]) -> Result:
         contents = {name: read_file(place, name, entry) for name, entry in found.files.items()}
         image = contents[RESULT_FILE]
     try:
+        tables.take_in(contents)
         return _decoded(image, checked=found is not None)
     except (OSError, ValueError, KeyError, TypeError, RuntimeError) as error:
         raise damaged(place, f"{RESULT_FILE}: {' '.join(str(error).split())[:120]}") from None

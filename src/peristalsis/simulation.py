@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from . import preflight, units
+from . import preflight, tables, units
 from .build import build
 from .checkpoint import Checkpoints, Found, Head, newest_of
 from .config import FIELDS, Configuration
@@ -66,7 +66,8 @@ class Simulation:
         self.compile_seconds = warm_up(surface=configuration.grid.n_theta > 1, explicit=explicit)
         self._courses = configuration.time_courses()
         self._inputs = values_at(self._courses, 0.0)
-        self.model, self.state, remarks = initial_state(build(configuration.at_time(self._inputs)))
+        self._built_from = configuration.at_time(self._inputs)
+        self.model, self.state, remarks = initial_state(build(self._built_from))
         if explicit:
             preflight.check_explicit_step(configuration, self.model, self.state)
         self.remarks = [*preflight.remarks(configuration), *remarks]
@@ -115,6 +116,7 @@ class Simulation:
         Raises ConfigurationError if there is no whole checkpoint, or if it is of another version of the code.
         """
         found = newest_of(Path(folder))
+        tables.hold_all(unpack(found.content, {"tables": dict[str, np.ndarray]})["tables"])
         simulation = cls(Configuration.from_toml(found.head.configuration), observers, progress)
         simulation.restore(found)
         return simulation
@@ -246,6 +248,7 @@ class Simulation:
             "head": (head, Head),
             "clock": (clock, _Clock),
             "state": (self.state, State),
+            "tables": (tables.held((*begun.protocols, *self.configuration.protocols)), dict[str, np.ndarray]),
         }
         return parts | {name: (observer, type(observer)) for name, observer in self._kept_observers().items()}
 
@@ -259,7 +262,9 @@ class Simulation:
         values = values_at(self._courses, self.time)
         if anew or values != self._inputs:
             self._inputs = values
-            self.model = build(self.configuration.at_time(values), like=self.model)
+            now = self.configuration.at_time(values)
+            self.model = build(now, like=self.model, since=self._built_from)
+            self._built_from = now
 
     def _step(self) -> None:
         before = self.state

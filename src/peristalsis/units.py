@@ -93,6 +93,12 @@ def read(value: object, unit: str) -> float:
     return _finite(number, unit)
 
 
+def factor(given: str, unit: str) -> Fraction:
+    """The exact factor from one unit to a canonical one. Raises QuantityError if there is none."""
+    plain = _spelling(given)
+    return Fraction(1) if plain == _spelling(unit) else _factor(plain, unit)
+
+
 def format_quantity(value: float, unit: str) -> str:
     """The shortest text that `read` turns back into exactly this number."""
     number = repr(float(value))

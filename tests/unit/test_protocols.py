@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+import time
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import peristalsis as ps
-from peristalsis import units
+from peristalsis import tables, units
+from peristalsis.checkpoint import Checkpoints
 from peristalsis.config import FIELDS, Configuration, FieldSpec
 from peristalsis.errors import ConfigurationError
-from peristalsis.protocols import Protocol, changeable, parse
+from peristalsis.protocols import Protocol, changeable, parse, parse_all
+from peristalsis.store import Workspace
 
 UNITS = {"lumen.pressure": "kPa", "longitudinal.active": "1", "pellet.radius": "cm"}
 TINY = {"grid.n_z": 300, "grid.n_z_wall": 100, "run.duration": "0.1 s", "output.interval": "10 ms"}
@@ -85,6 +89,9 @@ def test_protocols_are_texts() -> None:
         parse(5, UNITS)
 
 
+MANY = "".join(f"{k},1\n" for k in range(1001))
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -92,10 +99,14 @@ def test_protocols_are_texts() -> None:
         ("time [s],value [kPa]\n0,1,2\n", "not a header and rows of two columns"),
         ("time,value [kPa]\n0,1\n", "the header has no units"),
         ("time [s],value\n0,1\n", "the header has no units"),
-        ("time [s],value [kPa]\n" + "".join(f"{k},1\n" for k in range(1001)), "has 1001 values, more than 1000"),
-        ("x" * 1_000_001, "is larger than 1000000 bytes; thin it out"),
+        ("time [s],longitudinal.active\n0,1\n", "has no column lumen.pressure but longitudinal.active"),
+        ("time [s],a [kPa],b [kPa]\n0,1,2\n", "has no column lumen.pressure but a, b"),
+        ("time [s],value [kPa]\n1,1\n0,2\n", "the times do not increase"),
+        ("time [s],value [kPa]\n" + MANY + "2000,x\n", "could not convert"),
+        ("time [s],value [kPa]\n" + MANY + "2000,nan\n", "row 1002 holds a number"),
+        ("time [s],value [kPa]\n" + MANY + "5,1\n", "the times do not increase"),
+        ("time [s],value [cm]\n" + MANY, "unit cm cannot be converted to kPa"),
     ],
-    ids=["header alone", "three columns", "time without unit", "value without unit", "too many", "too large"],
 )
 def test_bad_tables_are_refused(tmp_path: Path, text: str, says: str) -> None:
     file = tmp_path / "table.csv"
@@ -211,3 +222,90 @@ def test_set_takes_keys_and_no_tables() -> None:
     sim = ps.Simulation(ps.configuration("baseline", changes=SMALL))
     with pytest.raises(ConfigurationError, match="cannot change"):
         sim.set({"pacemaker": {"kind": "none"}})
+
+
+def table(folder: Path, rows: int, seconds: float) -> Path:
+    """A CSV of pressure and force over `seconds`, in steps of the rows."""
+    file = folder / "experiment.csv"
+    time = np.linspace(0.0, seconds, rows)
+    columns = (time, 0.2 + 0.1 * np.sin(time), 0.2 - 0.1 * time / seconds)
+    head = "time [s],lumen.pressure [kPa],longitudinal.active"
+    np.savetxt(file, np.transpose(columns), fmt="%.9g", delimiter=",", header=head, comments="")
+    return file
+
+
+def test_one_file_of_several_columns(tmp_path: Path) -> None:
+    """All of them with *, or one by its name; few rows are written out, whatever they came from."""
+    file = table(tmp_path, 5, 1.0)
+    both = Configuration().with_changes({"protocols": [f"*: table {file}"]})
+    assert [course.parameter for course in both.time_courses()] == ["lumen.pressure", "longitudinal.active"]
+    one = Configuration().with_changes({"protocols": [f"longitudinal.active: table {file}"]})
+    assert one.protocols == both.protocols[1:]
+    assert one.protocols[0].startswith("longitudinal.active: ramp 0.2 at 0.0 s, 0.175 at 0.25 s")
+    file.write_text("time [s],lumen.presure [kPa]\n0,1\n", encoding="utf-8")
+    with pytest.raises(ConfigurationError, match=r"did you mean lumen\.pressure\?"):
+        Configuration().with_changes({"protocols": [f"*: table {file}"]})
+    file.write_text("time [s],wall.radius [cm]\n0,1\n", encoding="utf-8")
+    with pytest.raises(ConfigurationError, match=r"wall\.radius cannot change during a run"):
+        Configuration().with_changes({"protocols": [f"*: table {file}"]})
+
+
+def test_many_rows_give_the_values_of_the_same_ramp(tmp_path: Path) -> None:
+    """A table of 4001 rows holds what interpolation of its file gives, in a foreign unit as in its own."""
+    file = table(tmp_path, 4001, 2.0)
+    (course,) = parse_all(f"lumen.pressure: table {file}", dict(UNITS))
+    assert (course.file, len(course.times)) == (f"table-{course.file[6:70]}.npy", 4001)
+    rows = np.loadtxt(file, delimiter=",", skiprows=1)
+    for t in np.random.default_rng(1).uniform(-0.1, 2.2, 200):
+        assert course.at(float(t)) == pytest.approx(np.interp(t, rows[:, 0], rows[:, 1]), abs=1e-14)
+    file.write_text(file.read_text(encoding="utf-8").replace("time [s]", "time [ms]"), encoding="utf-8")
+    (slow,) = parse_all(f"lumen.pressure: table {file}", dict(UNITS))
+    assert slow.times[-1] == 2e-3
+    assert slow.file != course.file
+
+
+def test_a_run_with_a_long_table_stands_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stored, loaded, resumed and sent to other processes without the CSV; the digest is that of the content."""
+    file = table(tmp_path, 3001, 3.0)
+    changes = SMALL | {"protocols": [f"*: table {file}"]}
+    configuration = ps.configuration("baseline", changes=changes)
+    assert len(configuration.to_toml()) < 20_000
+    run = ps.Simulation(configuration)
+    run.advance("10 ms")
+    Checkpoints(Workspace(tmp_path / "cut", tmp_path / "cut")).write(run.time, run.checkpoint())
+    sent = pickle.dumps(configuration)
+    whole = run.run()
+    whole.save(tmp_path / "run")
+    file.unlink()
+    for again in (
+        lambda: ps.Simulation.resume(tmp_path / "cut").run(),
+        lambda: ps.load(tmp_path / "run"),
+        lambda: ps.Simulation(pickle.loads(sent)).run(),
+    ):
+        monkeypatch.setattr(tables, "_held", {})  # as in another process
+        assert again().fingerprint == whole.fingerprint
+    monkeypatch.setattr(tables, "_held", {})
+    with pytest.raises(ConfigurationError, match=r"beside the config\.toml of its run"):
+        Configuration.from_toml(configuration.to_toml())
+    monkeypatch.chdir(tmp_path / "run")
+    assert Configuration.from_toml(Path("config.toml")).digest() == configuration.digest()
+    (stored, *_) = Path().glob("table-*.npy")
+    content = bytearray(stored.read_bytes())
+    content[-1] ^= 1
+    stored.write_bytes(content)
+    monkeypatch.setattr(tables, "_held", {})
+    with pytest.raises(ConfigurationError, match="its content has another hash"):
+        Configuration.from_toml(Path("config.toml"))
+
+
+@pytest.mark.slow
+def test_a_million_rows_are_read_in_two_seconds(tmp_path: Path) -> None:
+    file = table(tmp_path, 1_000_000, 100.0)
+    begin = time.process_time()
+    configuration = ps.configuration("baseline", changes=SMALL | {"protocols": [f"*: table {file}"]})
+    assert time.process_time() - begin < 2.0
+    (course, _) = configuration.time_courses()
+    begin = time.process_time()
+    for t in np.linspace(0.0, 100.0, 1000):
+        course.at(float(t))
+    assert time.process_time() - begin < 0.05
