@@ -17,6 +17,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import cast
 
 from . import tables, units
 from .errors import ConfigurationError, shown, suggestion
@@ -130,7 +131,10 @@ def parse_all(text: object, numbers: dict[str, str]) -> list[Protocol]:
         courses = tables.read(Path(body.strip()), key, numbers)
         for name in courses:
             _check_key(name, numbers)
-        return [Protocol(name, "ramp", course.times, course.values, course.name) for name, course in courses.items()]
+        return [
+            Protocol(name, "ramp", cast("Sequence[float]", one.times), cast("Sequence[float]", one.values), one.name)
+            for name, one in courses.items()
+        ]
     if body.count(",") >= tables.MOST_KNOTS:  # before each is read
         raise ConfigurationError(
             f"protocols: {key} has more than {tables.MOST_KNOTS} values; thin them out, or give them as a table"

@@ -15,6 +15,7 @@ import re
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from pathlib import Path
+from tokenize import TokenError
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import units
@@ -247,7 +248,10 @@ def take_in(files: Mapping[str, bytes]) -> None:
 def _decoded(name: str, content: bytes) -> Course:
     import numpy as np
 
-    table = np.load(io.BytesIO(content), allow_pickle=False)
+    try:
+        table = np.load(io.BytesIO(content), allow_pickle=False)
+    except (EOFError, OSError, MemoryError, SyntaxError, TokenError) as error:  # of a file that somebody else made
+        raise ValueError(f"{name} is no table of times and values ({type(error).__name__})") from None
     if table.dtype != np.float64 or table.ndim != 2 or len(table) != 2 or not table.size:
         raise ValueError(f"{name} is no table of times and values")
     if not (np.isfinite(table).all() and (np.diff(table[0]) > 0.0).all() and table[0, 0] >= 0.0):

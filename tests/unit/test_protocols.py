@@ -309,3 +309,11 @@ def test_a_million_rows_are_read_in_two_seconds(tmp_path: Path) -> None:
     for t in np.linspace(0.0, 100.0, 1000):
         course.at(float(t))
     assert time.process_time() - begin < 0.05
+
+
+@pytest.mark.parametrize("content", [b"", b"x" * 100, b"\x93NUMPY\x01\x00\x10\x00{" + b"(" * 15])
+def test_a_foreign_file_under_the_name_of_a_table_is_refused(tmp_path: Path, content: bytes) -> None:
+    file = tmp_path / f"table-{'0' * 64}.npy"
+    file.write_bytes(content)
+    with pytest.raises(ConfigurationError, match="take it from its run again"):
+        parse(f"lumen.pressure: table {file}", UNITS)

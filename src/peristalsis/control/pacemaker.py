@@ -38,7 +38,7 @@ class Source(NamedTuple):
 
 
 class SourceState(NamedTuple):
-    """How far a source has come: the coming beat is at origin + index * period [s], after `begun` beats.
+    """How far a source has come: the coming beat is at origin + ticks * period [s], after `begun` beats.
 
     onset and period: the inputs that this holds for. longitudinal, circular: pulses that were begun or are planned,
     with what they had at their beat; pulses that are over are dropped some steps later.
@@ -46,7 +46,7 @@ class SourceState(NamedTuple):
 
     begun: int
     origin: float
-    index: int
+    ticks: int
     onset: float
     period: float
     longitudinal: tuple[Pulse, ...] = ()
@@ -73,33 +73,33 @@ def _follow(source: Source, state: SourceState, start: float, stop: float) -> So
     for layer, pulses in kept.items():
         if any(pulse.end <= forgotten for pulse in pulses):
             kept[layer] = tuple(pulse for pulse in pulses if pulse.end > forgotten)
-    begun, index = state.begun, state.index
+    begun, ticks = state.begun, state.ticks
     if (
-        begun < source.beats and state.origin + index * source.period < start
+        begun < source.beats and state.origin + ticks * source.period < start
     ):  # more beats were asked for since its last
-        index = math.ceil((start - state.origin) / source.period)
-    while begun < source.beats and state.origin + index * source.period < stop:
+        ticks = math.ceil((start - state.origin) / source.period)
+    while begun < source.beats and state.origin + ticks * source.period < stop:
         for outlet in source.outlets:
-            begin = (state.origin + outlet.lag) + index * source.period
+            begin = (state.origin + outlet.lag) + ticks * source.period
             where = (outlet.low, outlet.high, outlet.intensity, outlet.angle, outlet.sector)
             kept[outlet.layer] += (Pulse(begin, begin + outlet.duration, *where),)
-        begun, index = begun + 1, index + 1
+        begun, ticks = begun + 1, ticks + 1
     if begun == state.begun and all(kept[layer] is getattr(state, layer) for layer in kept):
-        return state._replace(index=index) if index != state.index else state
-    return state._replace(begun=begun, index=index, **kept)
+        return state._replace(ticks=ticks) if ticks != state.ticks else state
+    return state._replace(begun=begun, ticks=ticks, longitudinal=kept["longitudinal"], circular=kept["circular"])
 
 
 def _turned(source: Source, state: SourceState, now: float) -> SourceState:
     """The state under changed inputs: the clock keeps its phase, and an onset still to come begins it anew."""
     if source.onset != state.onset and source.onset >= now:
-        return state._replace(begun=0, origin=source.onset, index=0, onset=source.onset, period=source.period)
+        return state._replace(begun=0, origin=source.onset, ticks=0, onset=source.onset, period=source.period)
     if state.begun == 0:  # its onset was put before now: it begins at once
         origin = state.origin if source.onset == state.onset else now
         return state._replace(origin=origin, onset=source.onset, period=source.period)
-    beat = state.origin + state.index * state.period
+    beat = state.origin + state.ticks * state.period
     left = (beat - now) / state.period
     if left < 0.0:  # no beat was asked for any more; the clock went on
         left %= 1.0
     if source.period == state.period:
         return state._replace(onset=source.onset)
-    return state._replace(origin=now + left * source.period, index=0, onset=source.onset, period=source.period)
+    return state._replace(origin=now + left * source.period, ticks=0, onset=source.onset, period=source.period)

@@ -180,11 +180,12 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
             (source.circular, around, stimuli.circular),
         ):
             add_pulses(pulses, grid.cells, grid.cell_size, start, stop, stimulus.current, response.pacemaker)
-    for pulses, response, stimulus in (
-        (model.stimuli_longitudinal.between(start, stop), along, stimuli.longitudinal),
-        (model.stimuli_circular.between(start, stop), around, stimuli.circular),
+    for listed, response, stimulus in (
+        (model.stimuli_longitudinal, along, stimuli.longitudinal),
+        (model.stimuli_circular, around, stimuli.circular),
     ):
-        add_pulses(pulses, grid.cells, grid.cell_size, start, stop, stimulus.current, response.pacemaker)
+        now = listed.between(start, stop)
+        add_pulses(now, grid.cells, grid.cell_size, start, stop, stimulus.current, response.pacemaker)
     current, response = stimuli.circular.current, model.circular.response
     add_pulses(state.reflex.excitation, grid.cells, grid.cell_size, start, stop, current, response.excitation)
     add_trigger_current(state.trigger, start, stop, current, response.trigger)
