@@ -367,7 +367,7 @@ def test_tables_in_other_units(run: ps.Result, tmp_path: Path) -> None:
     def columns(folder: str, *units: str) -> dict[str, list[str]]:
         found: dict[str, list[str]] = {}
         for file in export_csv(run, tmp_path / folder, units=units):
-            rows = list(csv.reader(file.open(encoding="ascii")))
+            rows = list(csv.reader(file.read_text(encoding="ascii").splitlines()))
             found |= {f"{file.stem}: {name}": [row[k] for row in rows[1:]] for k, name in enumerate(rows[0])}
         return found
 
