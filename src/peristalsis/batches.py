@@ -6,13 +6,14 @@ import csv
 import hashlib
 import io
 import json
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from . import disk
+from . import disk, tables
 from .checkpoint import EVERY
 from .config import FIELDS, Configuration
 from .environment import code_version
@@ -32,6 +33,8 @@ from .result import CLOCK, json_ready, read_summary
 from .runner import KeptRun
 from .store import CONFIGURATION_FILE, SUMMARY_FILE, Workspace, quarantine, recover, verify
 from .studies.pool import Failure, carry_out, refuse_while_starting
+from .units import QuantityError
+from .units import read as read_quantity
 from .warm_up import warm_up
 
 TABLE, RUNS = "table.csv", "runs"
@@ -254,7 +257,7 @@ def _record(task: _Task, status: str, error: str) -> None:
         "status": status,
         "error": " ".join(error.split()),
     }
-    files = {
+    files = tables.files_of(configuration.protocols) | {
         CONFIGURATION_FILE: configuration.to_toml().encode("utf-8"),
         SUMMARY_FILE: (json.dumps(json_ready(summary), indent=2) + "\n").encode("utf-8"),
     }
@@ -276,9 +279,11 @@ def _table(keys: tuple[str, ...], rows: tuple[Row, ...], target: Path) -> bytes:
     writer.writerow(["name", *keys, *numbers, "fingerprint", "folder"])
     for row, one in zip(rows, flat, strict=True):
         folder = _name_of(row.folder, target)
-        values = [as_text(row.point.values[key]) if key in row.point.values else "" for key in units]
-        cells = [row.point.name, *values, *(_cell(one.get(name)) for name in numbers), row.fingerprint, folder]
-        writer.writerow([f"'{cell}" if cell.startswith(RISKY) and not _is_number(cell) else cell for cell in cells])
+        given = {key: as_text(row.point.values[key]) if key in row.point.values else "" for key in units}
+        values = [_guarded(text, units[key]) for key, text in given.items()]
+        cells = [row.point.name, *(_cell(one.get(name)) for name in numbers), row.fingerprint, folder]
+        name, *rest = map(_guarded, cells)
+        writer.writerow([name, *values, *rest])
     return text.getvalue().encode("utf-8")
 
 
@@ -296,9 +301,17 @@ def _cell(value: object) -> str:
     return "" if value is None else value if isinstance(value, str) else repr(value)
 
 
-def _is_number(cell: str) -> bool:
+def _guarded(cell: str, unit: str = "") -> str:
+    """A cell that no spreadsheet takes for a formula; numbers stay as they are, those with a unit in their column."""
+    return f"'{cell}" if cell.startswith(RISKY) and not _is_number(cell, unit) else cell
+
+
+def _is_number(cell: str, unit: str) -> bool:
     try:
         float(cell)
     except ValueError:
-        return False
+        try:
+            return bool(unit) and math.isfinite(read_quantity(cell, unit))
+        except QuantityError:
+            return False
     return True

@@ -24,19 +24,22 @@ from typing import Annotated, Any, Literal, Self, get_args, get_origin
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 from pydantic.fields import FieldInfo
 
-from peristalsis import units
+from peristalsis import tables, units
 from peristalsis.consistency import check
 from peristalsis.disk import read_regular
 from peristalsis.errors import ConfigurationError, UnknownKeyError, shown, suggestion
 from peristalsis.parameters import PARAMETERS, READINGS, Parameter, Value, shipped
 from peristalsis.paths import beside_file, located
-from peristalsis.protocols import Protocol
+from peristalsis.protocols import Protocol, values_at
 from peristalsis.protocols import parse as parse_protocol
+from peristalsis.protocols import parse_all as parse_protocols
 from peristalsis.recording import CHOICES as FIELD_CHOICES
 from peristalsis.recording import choices
 from peristalsis.regions import Region
 from peristalsis.regions import read as read_regions
 from peristalsis.regions import schema as regions_schema
+from peristalsis.stimuli import Stimulus
+from peristalsis.stimuli import read as read_stimuli
 
 LAYERS = ("longitudinal", "circular")
 
@@ -344,6 +347,7 @@ class Configuration(BaseModel):
     protocols: tuple[str, ...] = Field(
         default=(), max_length=MOST_PROTOCOLS, description="inputs that change in time, one line of text each"
     )
+    stimuli: tuple[Stimulus, ...] = Field(default=(), description="currents at listed times, one line of text each")
     regions: tuple[Region, ...] = Field(default=(), description="parts of the wall whose tissue differs")
     pellet: Pellet = Field(default_factory=Pellet)
     lumen: Lumen = Field(default_factory=Lumen)
@@ -404,6 +408,7 @@ class Configuration(BaseModel):
         """Dotted key to value, in the canonical unit, in the order of the file."""
         values: dict[str, Any] = {"reading": self.reading, "scenario": self.scenario, "protocols": self.protocols}
         values["regions"] = self.regions
+        values["stimuli"] = self.stimuli
         for spec in FIELDS.values():
             values[spec.key] = getattr(getattr(self, spec.section), spec.name)
         return values
@@ -413,6 +418,9 @@ class Configuration(BaseModel):
         texts: dict[str, Any] = {
             key: units.written(value, FIELDS[key].unit if key in FIELDS else "") for key, value in self.flat().items()
         }
+        del texts["stimuli"]
+        if self.stimuli:
+            texts["stimuli"] = [stimulus.text() for stimulus in self.stimuli]
         return texts | {"regions": [region.table() for region in self.regions]}
 
     def items(self, scenario: Configuration | None = None) -> Iterator[Entry]:
@@ -445,8 +453,16 @@ class Configuration(BaseModel):
         if not isinstance(lines, list | tuple):
             raise ValueError("not a list of protocols, each one line of text")
         numbers = _numbers()
-        read = [parse_protocol(line, numbers) for line in lines[: MOST_PROTOCOLS + 1]]  # more are refused unread
+        read = [one for line in lines[: MOST_PROTOCOLS + 1] for one in parse_protocols(line, numbers)]  # others unread
         return tuple(protocol.text(numbers[protocol.parameter]) for protocol in read)
+
+    @field_validator("stimuli", mode="before")
+    @classmethod
+    def _read_stimuli(cls, value: object) -> object:
+        """Stimuli as data; files are read in."""
+        if isinstance(value, tuple) and all(isinstance(item, Stimulus) for item in value):
+            return value
+        return read_stimuli(value, float(PARAMETERS["pacemaker.width"].value))  # type: ignore[arg-type]
 
     @field_validator("regions", mode="before")
     @classmethod
@@ -458,6 +474,11 @@ class Configuration(BaseModel):
         """The protocols as functions of time."""
         return tuple(parse_protocol(line, _numbers()) for line in self.protocols)
 
+    def at_start(self) -> Self:
+        """A copy with the values that the protocols have at t = 0, which the run starts from; itself without any."""
+        courses = self.time_courses()
+        return self.at_time(values_at(courses, 0.0)) if courses else self
+
     def at_time(self, values: Mapping[str, float]) -> Self:
         """A copy with checked numbers put in place by key, without checking them again: for use inside a run."""
         sections: dict[str, dict[str, float]] = {}
@@ -467,13 +488,25 @@ class Configuration(BaseModel):
         update = {name: getattr(self, name).model_copy(update=fields) for name, fields in sections.items()}
         return self.model_copy(update=update)
 
+    def __getstate__(self) -> dict[Any, Any]:
+        """For other processes: with the tables of many rows that protocols name."""
+        return super().__getstate__() | {"tables": tables.held(self.protocols)}
+
+    def __setstate__(self, state: dict[Any, Any]) -> None:
+        tables.hold_all(state.pop("tables"))
+        super().__setstate__(state)
+
     def to_toml(self) -> str:
         """The complete configuration; `from_toml` reads it back identically."""
         lines = ["# Complete configuration; every number that has a unit carries it."]
         section = ""
-        for key, value in self.texts().items():
+        texts = self.texts()
+        listed = texts.pop("stimuli", [])
+        for key, value in texts.items():
             if key == "regions":
                 continue
+            if key == "protocols" and listed:
+                lines.append(f"stimuli = {_toml(listed)}")
             table, _, name = key.rpartition(".")
             if table != section:
                 lines += ["", f"[{table}]"]
@@ -526,10 +559,14 @@ def json_schema() -> dict[str, Any]:
     names: dict[str, Any] = {
         name: {"type": "string", "default": field.default, "description": field.description}
         for name, field in Configuration.model_fields.items()
-        if name not in (*_SECTIONS, "protocols", "regions")
+        if name not in (*_SECTIONS, "protocols", "stimuli", "regions")
     }
     lines = Configuration.model_fields["protocols"].description
     names["protocols"] = {"type": "array", "items": {"type": "string"}, "default": [], "description": lines}
+    file = {"type": "object", "properties": {"file": {"type": "string"}}, "additionalProperties": False}
+    lines = Configuration.model_fields["stimuli"].description
+    listed = {"anyOf": [{"type": "string"}, file | {"required": ["file"]}]}
+    names["stimuli"] = {"type": "array", "items": listed, "default": [], "description": lines}
     names["regions"] = regions_schema()
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -638,7 +675,7 @@ def _numbers() -> dict[str, str]:
     return {key: spec.unit for key, spec in FIELDS.items() if spec.kind == "number"}
 
 
-KEYS = ("reading", "scenario", "protocols", "regions", *FIELDS)
+KEYS = ("reading", "scenario", "protocols", "stimuli", "regions", *FIELDS)
 
 
 def _parameters(reading: str) -> Iterator[tuple[str, Parameter]]:
@@ -712,8 +749,8 @@ def _reading_numbers(reading: str) -> dict[str, Any]:
 def _from_text(key: str, value: object) -> object:
     """The text of a command line, by the type of its field."""
     if not isinstance(value, str) or key not in FIELDS:
-        if isinstance(value, str) and key in ("protocols", "regions"):
-            return [value] if key == "protocols" else _tables_of(value)
+        if isinstance(value, str) and key in ("protocols", "stimuli", "regions"):
+            return _tables_of(value) if key == "regions" else [value]
         return value
     text = value.strip()
     match FIELDS[key].kind:

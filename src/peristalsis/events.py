@@ -16,6 +16,7 @@ from .model.step import StepReport
 
 KINDS = (
     "pacemaker",
+    "stimulus",
     "trigger",
     "receptors",
     "slip",
@@ -71,12 +72,18 @@ class EventRecorder:
 
     def _stimuli(self, model: Model, before: State, after: State, time: float) -> None:
         start = before.step * model.dt_wall
-        for layer, trains in (("longitudinal", model.longitudinal_trains), ("circular", model.circular_trains)):
-            for train in trains:
-                for pulse in train.between(start, time):
+        for layer in ("longitudinal", "circular"):
+            for source in after.sources:
+                for pulse in getattr(source, layer):
                     if start <= pulse.begin < time:
                         middle = 0.5 * (pulse.low + pulse.high)
                         self.note(pulse.begin, "pacemaker", middle, f"pulse on the {layer} layer")
+        for layer, pulses in (("longitudinal", model.stimuli_longitudinal), ("circular", model.stimuli_circular)):
+            for pulse in pulses.between(start, time):
+                if start <= pulse.begin < time:
+                    middle = 0.5 * (pulse.low + pulse.high)
+                    words = f"{pulse.strength:g} uA/cm^2 for {pulse.end - pulse.begin:g} s on the {layer} layer"
+                    self.note(pulse.begin, "stimulus", middle, words)
         # Where no cell fires the array is mostly the same one, and need not be looked at.
         same = after.trigger.start is before.trigger.start
         fired: Any = () if same else np.flatnonzero((after.trigger.start != before.trigger.start).any(axis=1))

@@ -18,7 +18,7 @@ from .model.step import StepReport
 from .model.step_summary import summary_of_step
 from .moment import Done, Moment, StepMoment
 from .names import OUTPUTS, PROBES, SCALARS, Output
-from .recording import ALL, chosen
+from .recording import ALL, chosen, due
 
 Floats = NDArray[np.float64]
 
@@ -101,9 +101,9 @@ class ScalarRecorder:
 
 @dataclass
 class FieldRecorder:
-    """Chosen fields of `names.FIELDS` every `every` steps, and at the end of the run."""
+    """Chosen fields of `names.FIELDS` every `every` steps, or at the first step after, and at the end of the run."""
 
-    every: int
+    every: float
     names: tuple[str, ...] = field(default_factory=lambda: chosen((ALL,)))
     steps: list[int] = field(default_factory=list)
     frames: dict[str, list[Floats]] = field(default_factory=dict)
@@ -114,7 +114,7 @@ class FieldRecorder:
 
     def see(self, model: Model, before: State, after: State, report: StepReport) -> str | None:
         """Record if the step is due."""
-        if after.step % self.every == 0:
+        if due(after.step, self.every):
             self._record(model, after)
         return None
 
@@ -131,7 +131,7 @@ class FieldRecorder:
 
     def take_back(self, steps: Sequence[int], arrays: Mapping[str, Floats]) -> None:
         """Hold again what was recorded by a run that is stored; a frame of its end alone is left out."""
-        count = len(steps) - (steps[-1] % self.every != 0)
+        count = len(steps) - (not due(steps[-1], self.every) and steps[-1] != 0)
         self.steps = [int(step) for step in steps[:count]]
         self.frames = {name: list(arrays[name][:count]) for name in self.names}
 

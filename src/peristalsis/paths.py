@@ -35,6 +35,8 @@ def _beside(key: str, value: Any, folder: Path) -> Any:
     if key == "protocols" and isinstance(value, str):
         head, word, file = value.partition(": table ")
         return f"{head}{word}{located(file.strip(), folder)}" if word and file.strip() else value
+    if key == "stimuli" and isinstance(value, str) and value.strip().startswith("table "):
+        return f"table {located(value.strip().removeprefix('table ').strip(), folder)}"
     if key == "file" and isinstance(value, str) and value:
         return str(located(value, folder))
     if isinstance(value, Mapping):

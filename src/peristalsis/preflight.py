@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from . import asked
 from .build import build, diffusivity
 from .config import Configuration
 from .consistency import output_size
@@ -113,11 +114,13 @@ def largest_pull(model: Model) -> float:
 
 
 def remarks(configuration: Configuration) -> list[str]:
-    """Warnings before a run; none for the shipped settings."""
+    """Warnings before a run, with its inputs as they are at t = 0; none for the shipped settings."""
+    said = asked.remarks(configuration)
+    configuration = configuration.at_start()
     model = build(configuration)
     found = [*_unseen_regions(configuration), *_around(configuration, model)]
     found += [*_grids(configuration), *_end_layer(configuration, model), *_steps(model)]
-    return [*found, *_forces(configuration, model), *_memory(configuration)]
+    return [*said, *found, *_forces(configuration, model), *_memory(configuration)]
 
 
 def disk_remarks(configuration: Configuration, folder: Path) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -21,6 +22,26 @@ def choices() -> tuple[str, ...]:
 
 NUMBER = 8
 """Bytes of a number."""
+
+
+ROUNDING = 1e-6
+"""Share of a step below which a time is taken to be at the step."""
+
+
+def whole_steps(duration: float, step: float) -> int:
+    """The least number of steps that take at least `duration`, both in s."""
+    return max(1, math.ceil(duration / step - ROUNDING))
+
+
+def frames_apart(interval: float, step: float) -> float:
+    """Steps from one frame to the next: `interval` over `step`, both in s, whole if it is so but for rounding."""
+    ratio = max(1.0, interval / step)
+    return float(round(ratio)) if abs(ratio - round(ratio)) < ROUNDING else ratio
+
+
+def due(step: int, every: float) -> bool:
+    """Whether a step is the first at or after a multiple of `every` steps."""
+    return math.floor((step + ROUNDING) / every) > math.floor((step - 1 + ROUNDING) / every)
 
 
 class Recording(NamedTuple):

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import acceptance
+from . import acceptance, tables
 from ._version import __version__
 from .acceptance import MAY_BE_EMPTY
 from .config import Configuration
@@ -208,7 +208,7 @@ class Result:
         try:
             image = netcdf_image(self.arrays, self._attributes(), self.foreign)
             summary = json.dumps(json_ready(self.summary), indent=2, allow_nan=False) + "\n"
-            files = {
+            files = tables.files_of(self.configuration.protocols) | {
                 RESULT_FILE: image,
                 CONFIGURATION_FILE: self.configuration.to_toml().encode("utf-8"),
                 SUMMARY_FILE: summary.encode("utf-8"),
@@ -260,6 +260,7 @@ def load(folder: str | os.PathLike[str]) -> Result:
     recover(place)
     found = read_manifest(place) if file == RESULT_FILE else None
     remarks: tuple[str, ...] = ()
+    contents: dict[str, bytes] = {}
     if found is None:
         image = _without_manifest(place, file)
         remarks = (f"{file} has no {MANIFEST_FILE} beside it: whether it is as it was written could not be checked",)
@@ -273,6 +274,7 @@ def load(folder: str | os.PathLike[str]) -> Result:
         contents = {name: read_file(place, name, entry) for name, entry in found.files.items()}
         image = contents[RESULT_FILE]
     try:
+        tables.take_in(contents)
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # what libraries have to say of a foreign file is no business of the user's
             result = _decoded(image, remarks, alone=not (place / SUMMARY_FILE).exists())

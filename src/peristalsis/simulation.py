@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from . import convergence, preflight, units
+from . import convergence, preflight, tables, units
 from .build import build
 from .checkpoint import Checkpoints, Found, Head, newest_of
 from .config import ENDS, FIELDS, Configuration
 from .ends import ANALLY, ORALLY
 from .environment import code_version
-from .errors import ConfigurationError, DivergenceError, InterruptedRun, shown, suggestion
+from .errors import ConfigurationError, DivergenceError, InterruptedRun, StoppedRun, shown, suggestion
 from .events import Event, EventRecorder
 from .findings import remarks_of_summary
 from .model.guards import advance_safely, violation
@@ -47,7 +47,7 @@ from .observers import (
 from .packing import pack, packable, unpack
 from .paths import located
 from .protocols import changeable, values_at
-from .recording import chosen
+from .recording import chosen, frames_apart, whole_steps
 from .result import Result, load
 from .store import LAST_STATE
 from .summary import summarise
@@ -74,13 +74,16 @@ class Simulation:
         self._begun_with = configuration
         explicit = configuration.solver.integrator == "explicit"
         self.compile_seconds = warm_up(surface=configuration.grid.n_theta > 1, explicit=explicit)
-        self.model, self.state, remarks = initial_state(build(configuration))
+        self._courses = configuration.time_courses()
+        self._inputs = values_at(self._courses, 0.0)
+        self._built_from = configuration.at_time(self._inputs)
+        self.model, self.state, remarks = initial_state(build(self._built_from))
         if explicit:
             preflight.check_explicit_step(configuration, self.model, self.state)
         at_start = preflight.remarks_of_start(configuration, self.state)
         self.remarks = [*preflight.remarks(configuration), *remarks, *at_start, *convergence.start_remarks(self.model)]
         dt = self.model.dt_wall
-        every = max(1, round(configuration.output.interval / dt))
+        every = frames_apart(configuration.output.interval, dt)
         cell = self.model.grid.cell_size
         probes = np.array(configuration.output.probes, dtype=float)
         cells = np.clip((probes / cell).astype(np.int64), 0, self.model.grid.n_z - 1)
@@ -102,8 +105,6 @@ class Simulation:
             self._stops,
             *observers,
         ]
-        self._courses = configuration.time_courses()
-        self._inputs: dict[str, float] = {}
         if progress is not None:
             self._observers.append(Callback(progress))
         self.stopped: str | None = None
@@ -132,6 +133,7 @@ class Simulation:
         would have ended before with these changes.
         """
         found = newest_of(located(folder))
+        tables.hold_all(unpack(found.content, {"tables": dict[str, np.ndarray]})["tables"])
         configuration = Configuration.from_toml(found.head.configuration)
         if changes is not None:
             configuration = configuration.with_changes(changes)
@@ -153,11 +155,17 @@ class Simulation:
         """Advance by a time such as "0.1 s" or "50 ms" and return the state.
 
         Whole steps only: the steps are those of an uninterrupted run whatever the pieces, and what is left of a
-        piece is kept for the next. Raises DivergenceError (the history stays) and ConfigurationError (bad time).
+        piece is kept for the next. Raises DivergenceError (the history stays), ConfigurationError (bad time) and
+        StoppedRun if the run has been stopped: `stopped` holds the reason, None before.
         """
         seconds = units.parse(duration, "s", "advance")
         if seconds <= 0.0:
             raise ConfigurationError(f"advance = {seconds:g} s is not a step forward; give a positive time")
+        if self.stopped is not None:
+            raise StoppedRun(
+                f"the run was stopped at t = {self.time:.6g} s ({self.stopped}) and does not go on; "
+                f"{_way_on(self.stopped)}"
+            )
         self._target += seconds
         self._advance_to(self._target)
         return self.state
@@ -165,17 +173,26 @@ class Simulation:
     def set(self, changes: Mapping[str, Any]) -> None:
         """Change inputs of the run from now on, such as {"lumen.pressure": "0.2 kPa"}; V0 stays.
 
-        Only pressure, friction, muscle force, conductances and the drivers can change (`protocols.changeable`).
+        Only pressure, friction, muscle force, conductances and the drivers can change (`protocols.changeable`). The
+        protocol of a parameter that is set ends here, in the configuration too, and the event says so.
         Raises ConfigurationError for anything else and for bad values; nothing changes then.
         """
-        fixed = [key for key in changes if not changeable(str(key))]
+        fixed = [key for key in changes if key not in FIELDS or not changeable(key)]
         if fixed:
             known = [key for key in FIELDS if changeable(key)]
             raise ConfigurationError(f"{fixed[0]} cannot change during a run; {suggestion(str(fixed[0]), known)}")
-        self.configuration = self.configuration.with_changes(changes)
-        self.model = build(self.configuration, like=self.model)
-        self._inputs = {}
-        words = ", ".join(f"{key} = {value}" for key, value in changes.items())
+        ended = {course.parameter for course in self._courses} & changes.keys()
+        lasting = [
+            line
+            for line, course in zip(self.configuration.protocols, self._courses, strict=True)
+            if course.parameter not in ended
+        ]
+        self.configuration = self.configuration.with_changes({**changes, "protocols": lasting} if ended else changes)
+        self._courses = self.configuration.time_courses()
+        self._follow_protocols(anew=True)
+        words = ", ".join(
+            f"{key} = {value}{' (its protocol ends)' if key in ended else ''}" for key, value in changes.items()
+        )
         self._events.note(self.time, "input_changed", math.nan, words)
 
     def events(self) -> tuple[Event, ...]:
@@ -186,7 +203,8 @@ class Simulation:
         """Advance to the end and return the result; a run that breaks off returns its history and says why."""
         self.failure = self.error = None  # of an earlier call: this one goes on from there
         try:
-            self._advance_to(self.configuration.run.duration)
+            dt = self.model.dt_wall
+            self._advance_to(whole_steps(self.configuration.run.duration, dt) * dt)
         except (DivergenceError, InterruptedRun) as error:
             self.failure = error
             self.error = str(error)
@@ -197,13 +215,16 @@ class Simulation:
 
     def _advance_to(self, target: float) -> None:
         last = math.floor(target / self.model.dt_wall + 1e-9)
-        with _stop_at_signals() as stopped:
-            while self.state.step < last and self.stopped is None:
-                if stopped():
-                    raise InterruptedRun(f"interrupted at t = {self.time:.6g} s; the history up to there is kept")
-                self._step()
-                if self._checkpoints is not None and self._checkpoints.due(self.time):
-                    self._checkpoints.write(self.time, self.checkpoint())
+        try:
+            with _stop_at_signals() as stopped:
+                while self.state.step < last and self.stopped is None:
+                    if stopped():
+                        raise InterruptedRun(f"interrupted at t = {self.time:.6g} s; the history up to there is kept")
+                    self._step()
+                    if self._checkpoints is not None and self._checkpoints.due(self.time):
+                        self._checkpoints.write(self.time, self.checkpoint())
+        finally:  # the next piece begins where this one ended
+            self._target = self.time if self.state.step < last else max(self._target, self.time)
 
     def checkpoint(self) -> bytes:
         """Everything that the rest of the run depends on, to the bit; `restore` takes it."""
@@ -239,11 +260,13 @@ class Simulation:
             raise ConfigurationError(f"the checkpoint {shown(str(found.file))} cannot be taken up: {error}") from None
         self.state = parts["state"]
         clock: _Clock = parts["clock"]
-        self.stopped, self._target, self._solver_seconds = clock.stopped, clock.target, clock.solver_seconds
+        self.stopped, self._solver_seconds = clock.stopped, clock.solver_seconds
+        self._target = max(clock.target, self.time)
         if clock.configuration != self.configuration.to_toml():
             ends = {key: text for key, text in self.configuration.texts().items() if key in ENDS}
             self.configuration = Configuration.from_toml(clock.configuration).with_changes(ends)
-            self.model = build(self.configuration, like=self.model)
+        self._courses = self.configuration.time_courses()
+        self._follow_protocols(anew=True)
         for name, observer in self._kept_observers().items():
             vars(observer).update(vars(parts[name]))
         if found.file.name == LAST_STATE:
@@ -308,6 +331,7 @@ class Simulation:
             "head": (head, Head),
             "clock": (clock, _Clock),
             "state": (self.state, State),
+            "tables": (tables.held((*begun.protocols, *self.configuration.protocols)), dict[str, np.ndarray]),
         }
         return parts | {name: (observer, type(observer)) for name, observer in self._kept_observers().items()}
 
@@ -316,12 +340,14 @@ class Simulation:
         named = {f"{place} {type(observer).__name__}": observer for place, observer in enumerate(self._observers)}
         return {name: one for name, one in named.items() if is_dataclass(one) and packable(type(one))}
 
-    def _follow_protocols(self) -> None:
-        """Put the protocols' values at the start of the coming step in place, where they have changed."""
+    def _follow_protocols(self, anew: bool = False) -> None:
+        """Put the protocols' values at the start of the coming step in place, where they have changed, or all anew."""
         values = values_at(self._courses, self.time)
-        if values != self._inputs:
+        if anew or values != self._inputs:
             self._inputs = values
-            self.model = build(self.configuration.at_time(values), like=self.model)
+            now = self.configuration.at_time(values)
+            self.model = build(now, like=self.model, since=self._built_from)
+            self._built_from = now
 
     def _step(self) -> None:
         before = self.state
@@ -398,6 +424,19 @@ class Simulation:
             found = [output.value(event) for event in events if output.value is not None]
             arrays[output.name] = np.array(found, dtype=float if output.unit else object)
         return arrays
+
+
+_WAYS_ON = (
+    ("expelled", "set run.stop_when_expelled = false beforehand for one that does"),
+    ("the pellet has reached", "set run.stop_position farther on beforehand for one that does"),
+    ("the pellet has come to rest", "set run.stop_when_arrested = false beforehand for one that does"),
+)
+
+
+def _way_on(reason: str) -> str:
+    """What to set for a run that is not stopped for this reason."""
+    ways = [way for begins, way in _WAYS_ON if reason.startswith(begins)]
+    return ways[0] if ways else "an observer stopped it; take it out for one that does"
 
 
 @dataclass(frozen=True)

@@ -121,6 +121,12 @@ def _joined(number: Any, unit: str) -> Any:
     return f"{float(number)!r} {unit}" if unit and isinstance(number, Real) else number
 
 
+def factor(given: str, unit: str) -> Fraction:
+    """The exact factor from one unit to a canonical one. Raises QuantityError if there is none."""
+    spelt = _spelling(given)
+    return Fraction(1) if spelt == _spelling(unit) else _factor(spelt, unit)
+
+
 def format_quantity(value: float, unit: str) -> str:
     """The shortest text that `read` turns back into exactly this number."""
     number = repr(float(value))

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .control.pacemaker import SourceState
 from .control.pulses import Pulse
-from .control.sequence import LOCAL_RULES
 from .model.model import Model
 from .model.state import State
 from .model.step import StepReport
@@ -37,6 +37,7 @@ class UpstrokeRecorder:
     cells: dict[str, list[int]] = field(default_factory=lambda: {layer: [] for layer in LAYERS})
     origins: dict[str, list[int]] = field(default_factory=lambda: {layer: [] for layer in LAYERS})
     _discharges: list[Pulse] = field(default_factory=list)
+    _pulses: dict[str, list[Pulse]] = field(default_factory=lambda: {layer: [] for layer in LAYERS})
 
     def start(self, model: Model, state: State) -> None:
         """Nothing has risen before the first step."""
@@ -45,6 +46,9 @@ class UpstrokeRecorder:
         """Note what rose in this step."""
         if after.reflex.fired != before.reflex.fired:
             self._discharges += after.reflex.excitation
+        for number, source in enumerate(after.sources):
+            if number >= len(before.sources) or source is not before.sources[number]:
+                self._remember(source)
         begin = before.step * model.dt_wall * 1e3
         for layer, sheet in (("longitudinal", after.longitudinal), ("circular", after.circular)):
             last = sheet.last_activation
@@ -58,6 +62,12 @@ class UpstrokeRecorder:
                 self.cells[layer].append(cell)
                 self.origins[layer].append(origin)
         return None
+
+    def _remember(self, source: SourceState) -> None:
+        """Keep the pulses of a source for longer than it does itself."""
+        for layer, pulses in (("longitudinal", source.longitudinal), ("circular", source.circular)):
+            known = self._pulses[layer]
+            known += [pulse for pulse in pulses if pulse not in known]
 
     def waves(self, z: Floats) -> dict[str, list[Wave]]:
         """The waves of both layers so far. z: the cells [cm], (n_z,)."""
@@ -74,12 +84,13 @@ class UpstrokeRecorder:
     def _stimulated(self, model: Model, state: State, layer: str, cell: int, time: float) -> bool:
         since = time - LATENCY
         middle, half = float(model.grid.cells[cell]), 0.5 * model.grid.cell_size
-        trains = model.longitudinal_trains if layer == "longitudinal" else model.circular_trains
-        pulses = [pulse for train in trains for pulse in train.between(since, time)]
+        listed = model.stimuli_longitudinal if layer == "longitudinal" else model.stimuli_circular
+        pulses = [pulse for pulse in self._pulses[layer] if pulse.begin <= time and pulse.end >= since]
+        pulses += listed.between(since, time)
         if layer == "circular":
             pulses += [pulse for pulse in self._discharges if pulse.begin <= time and pulse.end >= since]
-            begun = state.trigger.start[cell] if model.trigger.rule in LOCAL_RULES else np.array([-np.inf])
-            if bool(((begun <= time) & (begun + model.trigger.duration >= since)).any()):
+            begun = state.trigger.start[cell]
+            if bool(((begun <= time) & (begun + state.trigger.duration[cell] >= since)).any()):
                 return True
         elif model.pacemaker_cell is not None:
             driver = model.pacemaker_cell

@@ -391,7 +391,26 @@ def test_cells_are_no_formulas(tmp_path: Path) -> None:
     summary = {"status": "failed", "error": "=1+1", "number": -1.5, "nothing": None, "speeds": {"l": 1.0}}
     rows = (batches.Row(Point("run", {"lumen.pressure": "-1 kPa", "output.probes": ["1 cm"]}), None, summary),)
     text = batches._table(("lumen.pressure", "output.probes", "reading"), rows, tmp_path).decode()
-    assert text.splitlines()[1] == 'run,\'-1 kPa,"[""1 cm""]",,failed,\'=1+1,-1.5,,1.0,,'
+    assert text.splitlines()[1] == 'run,-1 kPa,"[""1 cm""]",,failed,\'=1+1,-1.5,,1.0,,'
+
+
+@pytest.mark.parametrize(
+    ("value", "cell"),
+    [
+        ("-50 mV", "-50 mV"),
+        ("-0.05 V", "-0.05 V"),
+        ("+5e1 mV", "+5e1 mV"),
+        ("-50 mV+A1", "'-50 mV+A1"),
+        ("-50 cm", "'-50 cm"),
+        ("=cmd|' /C calc'!A0", "'=cmd|' /C calc'!A0"),
+        ("-A1", "'-A1"),
+    ],
+)
+def test_numbers_with_units_are_no_formulas(tmp_path: Path, value: str, cell: str) -> None:
+    """What is no quantity of its own parameter stays guarded, and so do names."""
+    rows = (batches.Row(Point("-run", {"longitudinal.threshold": value}), None, {"status": "refused"}),)
+    lines = batches._table(("longitudinal.threshold",), rows, tmp_path).decode().splitlines()
+    assert next(csv.reader(lines[1:]))[:2] == ["'-run", cell]
 
 
 # --- the command ------------------------------------------------------------------------------------

@@ -38,6 +38,16 @@ KINDS: Mapping[str, Mapping[str, object]] = {
             "longitudinal.slow_calcium: step 0.004 mS/cm^2 at 0 s, 0.006 mS/cm^2 at 0.05 s",
         ]
     },
+    "pacemaker that changes": {
+        "pacemaker.kind": "periodic",
+        "pacemaker.period": "0.08 s",
+        "trigger.rule": "pacemaker",
+        "trigger.delay": "0.02 s",
+        "protocols": [
+            "pacemaker.period: ramp 0.08 s at 0 s, 0.055 s at 0.15 s",
+            "trigger.duration: step 0.05 s at 0 s, 0.03 s at 0.09 s",
+        ],
+    },
     "no pellet": {"pellet.enabled": False},
 }
 

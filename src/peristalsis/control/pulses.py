@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import math
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -31,6 +32,30 @@ class Pulse(NamedTuple):
     strength: float
     angle: float = 0.0
     sector: float = RING
+
+
+class Listed(NamedTuple):
+    """Pulses in the order of their begins [s], and the length of the longest [s]."""
+
+    begins: tuple[float, ...] = ()
+    pulses: tuple[Pulse, ...] = ()
+    longest: float = 0.0
+
+    def between(self, start: float, stop: float) -> list[Pulse]:
+        """The pulses that are on at some time in [start, stop] [s]."""
+        first = bisect.bisect_left(self.begins, start - self.longest * (1.0 + 1e-9))
+        last = bisect.bisect_left(self.begins, stop, first)
+        return [pulse for pulse in self.pulses[first:last] if pulse.end > start]
+
+
+NO_PULSES = Listed()
+
+
+def listed(pulses: Iterable[Pulse]) -> Listed:
+    """Pulses, put in order."""
+    ordered = tuple(sorted(pulses, key=lambda pulse: pulse.begin))
+    longest = max((pulse.end - pulse.begin for pulse in ordered), default=0.0)
+    return Listed(tuple(pulse.begin for pulse in ordered), ordered, longest)
 
 
 def covered(edges_low: Floats, edges_high: Floats, low: float, high: float) -> Floats:

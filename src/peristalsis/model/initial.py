@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..control.pacemaker import waiting
 from ..control.reflex import SILENT
 from ..control.sequence import quiet
 from ..errors import ConfigurationError
@@ -72,6 +73,7 @@ def _at_rest(
         pressure=model.lumen.pressure,
         trigger=quiet((model.grid.n_z, model.grid.n_theta_conduction)),
         reflex=SILENT,
+        sources=tuple(waiting(source) for source in model.sources),
     )
 
 

@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..control.pacemaker import follow
 from ..control.pulses import add_pulses, covered, covered_around
 from ..control.reflex import ReflexState, forget, observe_stretch, refractory
-from ..control.sequence import LOCAL_RULES, TriggerState, add_trigger_current, observe_activation, observe_tension
+from ..control.sequence import TriggerState, add_trigger_current, observe_activation, observe_tension
 from ..errors import DivergenceError
 from ..numerics.rates import rate_formula
 from ..numerics.transfer import average
@@ -61,6 +62,7 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
     """The state one wall step later, and what it took. Raises DivergenceError naming field, place and time."""
     start = state.step * model.dt_wall
     stop = (state.step + 1) * model.dt_wall
+    state = replace(state, sources=follow(model.sources, state.sources, start, stop))
     stimuli = _stimuli(model, state, start, stop)
     if model.explicit is not None:
         pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)
@@ -85,6 +87,7 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
         solved.pressure,
         trigger,
         reflex,
+        state.sources,
     )
     return after, StepReport(solved.iterations, solved.assemblies, solved.solves, solved.krylov)
 
@@ -92,6 +95,7 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
 def advance_tissue(model: Model, state: State) -> None:
     """Take both layers through a step, for the kernels that it compiles; the outcome is dropped."""
     start, stop = state.step * model.dt_wall, (state.step + 1) * model.dt_wall
+    state = replace(state, sources=follow(model.sources, state.sources, start, stop))
     _advance_tissue(model, state, _stimuli(model, state, start, stop), start)
 
 
@@ -169,17 +173,22 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
     grid = model.grid
     shape = (grid.n_z, grid.n_theta_conduction)
     stimuli = _Stimuli(*(_Stimulus(np.zeros(size), np.zeros(size)) for size in (shape, shape, (1, 1))))
-    for trains, layer, stimulus in (
-        (model.longitudinal_trains, model.longitudinal, stimuli.longitudinal),
-        (model.circular_trains, model.circular, stimuli.circular),
+    along, around = model.longitudinal.response, model.circular.response
+    for source in state.sources:
+        for pulses, response, stimulus in (
+            (source.longitudinal, along, stimuli.longitudinal),
+            (source.circular, around, stimuli.circular),
+        ):
+            add_pulses(pulses, grid.cells, grid.cell_size, start, stop, stimulus.current, response.pacemaker)
+    for listed, response, stimulus in (
+        (model.stimuli_longitudinal, along, stimuli.longitudinal),
+        (model.stimuli_circular, around, stimuli.circular),
     ):
-        for train in trains:
-            pulses = train.between(start, stop)
-            add_pulses(pulses, grid.cells, grid.cell_size, start, stop, stimulus.current, layer.response.pacemaker)
+        now = listed.between(start, stop)
+        add_pulses(now, grid.cells, grid.cell_size, start, stop, stimulus.current, response.pacemaker)
     current, response = stimuli.circular.current, model.circular.response
     add_pulses(state.reflex.excitation, grid.cells, grid.cell_size, start, stop, current, response.excitation)
-    if model.trigger.rule in LOCAL_RULES:
-        add_trigger_current(model.trigger, state.trigger, start, stop, current, response.trigger)
+    add_trigger_current(state.trigger, start, stop, current, response.trigger)
     if state.reflex.inhibition:
         inhibition = np.zeros(shape)
         add_pulses(state.reflex.inhibition, grid.cells, grid.cell_size, start, stop, inhibition, response.inhibition)
@@ -188,9 +197,9 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
         # Each side sees the other's potential of the step before and its own of now: stable at any coupling.
         cell = model.pacemaker_cell
         edge = 0.5 * grid.cell_size
-        along = covered(grid.cells - edge, grid.cells + edge, cell.place, cell.place + cell.width)
-        around = covered_around(grid.n_theta_conduction, cell.angle, cell.sector)
-        where = along[:, None] * around * model.longitudinal.response.pacemaker
+        places = covered(grid.cells - edge, grid.cells + edge, cell.place, cell.place + cell.width)
+        columns = covered_around(grid.n_theta_conduction, cell.angle, cell.sector)
+        where = places[:, None] * columns * model.longitudinal.response.pacemaker
         reached = float(where.sum())
         if reached > 0.0:  # a region may cut the cell off from all of the tissue
             stimuli.longitudinal.open(cell.coupling * where, float(state.pacemaker.potential[0, 0]))
