@@ -1,4 +1,4 @@
-# make demo | test | lint | coverage | verify | mutants | bench | robust | clean
+# make demo | test | lint | coverage | verify | matrix | mutants | bench | robust | clean
 #
 # Everything runs in .venv, made once and made again only when pyproject.toml or constraints.txt change.
 # Another interpreter: make demo PYTHON=python3.12
@@ -28,7 +28,7 @@ remake := yes
 endif
 endif
 
-.PHONY: help demo test lint coverage verify mutants bench robust clean FORCE
+.PHONY: help demo test lint coverage verify matrix mutants bench robust clean FORCE
 .DELETE_ON_ERROR:
 
 help:
@@ -37,6 +37,7 @@ help:
 	@echo "make lint     ruff and mypy"
 	@echo "make coverage the quick tests, and which branches they reach"
 	@echo "make verify   the quick tests, every exact problem (writes docs/verification), the slow tests"
+	@echo "make matrix   every Python that is found with the newest and the lowest libraries (goes on where it was stopped)"
 	@echo "make mutants  small errors put into the kernels one at a time: does the suite notice? (hours)"
 	@echo "make bench    what runs cost (writes docs/benchmarks; goes on where it was stopped; half an hour)"
 	@echo "make robust   440 random configurations: do they run, and is what they say true? (an hour; goes on where"
@@ -76,6 +77,9 @@ coverage: $(READY)
 verify: test
 	@$(BIN)/peristalsis verify --full --out docs/verification
 	@$(BIN)/python -m pytest -q -m "slow and not problem"
+
+matrix: $(READY)
+	@$(BIN)/python tools/matrix.py
 
 mutants: $(READY)
 	@cd evidence && ../$(BIN)/python mutants.py
