@@ -1,0 +1,1 @@
+"""Random configurations, run and judged: `python -m robustness` from the root of the repository; see docs/robustness.md."""
