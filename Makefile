@@ -1,4 +1,4 @@
-# make demo | test | lint | coverage | verify | mutants | bench | clean
+# make demo | test | lint | coverage | verify | mutants | bench | robust | clean
 #
 # Everything runs in .venv, made once and made again only when pyproject.toml or constraints.txt change.
 # Another interpreter: make demo PYTHON=python3.12
@@ -28,7 +28,7 @@ remake := yes
 endif
 endif
 
-.PHONY: help demo test lint coverage verify mutants bench clean FORCE
+.PHONY: help demo test lint coverage verify mutants bench robust clean FORCE
 .DELETE_ON_ERROR:
 
 help:
@@ -39,6 +39,8 @@ help:
 	@echo "make verify   the quick tests, every exact problem (writes docs/verification), the slow tests"
 	@echo "make mutants  small errors put into the kernels one at a time: does the suite notice? (hours)"
 	@echo "make bench    what runs cost (writes docs/benchmarks; goes on where it was stopped; half an hour)"
+	@echo "make robust   440 random configurations, run and judged (goes on where it was stopped; three quarters of an hour on"
+	@echo "              two cores); make robust ARGS='--quick --workers 2' for every day; ARGS=--help says the rest"
 	@echo "make clean    remove .venv, caches and builds (results in out/ stay)"
 
 demo: $(READY)
@@ -76,6 +78,10 @@ mutants: $(READY)
 
 bench: $(READY)
 	@$(BIN)/peristalsis bench --full --out docs/benchmarks
+
+ARGS ?= --workers 2 --halving 20
+robust: $(READY)
+	@$(BIN)/python -m robustness $(ARGS)
 
 clean:
 	rm -rf $(VENV) build dist .coverage .coverage.* .mypy_cache .pytest_cache .ruff_cache .hypothesis src/*.egg-info

@@ -1,1 +1,1 @@
-"""Random configurations, run and judged: `python -m robustness` from the root of the repository; see docs/robustness.md."""
+"""Random configurations, run and judged: `python -m robustness` in the root of the repository (docs/robustness.md)."""

@@ -6,7 +6,6 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 from .plan import COUNT, QUICK_COUNT, SEED, Case, cases, groups
@@ -109,12 +108,13 @@ def _carry(
     from .pool import rows
     from .rules import complaints, kind_of
 
-    late: Callable[[], bool] = lambda: asked.minutes is not None and time.monotonic() - begin > 60.0 * asked.minutes  # noqa: E731
-    done = 0
-    for row in rows(missing, asked.workers, asked.limit, not asked.no_opinions, late):
+    def late() -> bool:
+        return asked.minutes is not None and time.monotonic() - begin > 60.0 * asked.minutes
+
+    found = rows(missing, asked.workers, asked.limit, not asked.no_opinions, late)
+    for done, row in enumerate(found, start=1):
         append(row, code)
         there[str(row["key"])] = row
-        done += 1
         words = "; ".join(complaints(row)) or "-"
         head = f"[{done}/{len(missing)}, {time.monotonic() - begin:.0f} s] {row['index']} {row['group']}"
         print(

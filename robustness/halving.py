@@ -38,7 +38,7 @@ def chosen_cases(cases: Sequence[Case], row_of: Callable[[Case], Row | None], co
 
 
 def difference(row: Row, other: Row) -> float | None:
-    """Relative change of the transit; where either has none, that of the last place over the length; None if one failed."""
+    """Relative change of the transit (none expelled: of the last place over the length); None if it failed."""
     if other["outcome"] != "finished":
         return None
     before, after = (one["summary"].get("transit_s") for one in (row, other))

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import qmc
 
 from peristalsis import configuration
 
@@ -75,7 +74,7 @@ def cases(count: int = COUNT, seed: int = SEED, quick: bool = False, only: tuple
 
 
 def _turns(count: int) -> list[str]:
-    """The group of every case: each comes as often as its share, evenly spread; the first k are the same for any count."""
+    """The group of every case: each as often as its share, evenly spread; the first k are the same for any count."""
     shares = {name: float(table.get("share", 1.0)) for name, table in ranges()["groups"].items()}
     order = list(shares)
     moments = [
@@ -88,6 +87,8 @@ def _turns(count: int) -> list[str]:
 
 def _of_group(name: str, size: int, seed: int, quick: bool) -> Iterator[Case]:
     """Cases of one group from a shifted Sobol sequence: each of them depends on its number alone."""
+    from scipy.stats import qmc  # takes a second, which processes that only run cases need not wait
+
     table = ranges()["groups"][name]
     vary: dict[str, dict[str, Any]] = table.get("vary", {})
     texts: list[dict[str, Any]] = table.get("texts", [])

@@ -13,26 +13,35 @@ from typing import Any
 from .execution import Row, carry_out, second_opinion
 from .plan import Case
 
+Serve = Callable[[Connection, float, bool], None]
+
 SILENCE = 4.0
 """Times the limit of a run, on the clock, after which a process that says nothing is ended."""
+START = 600.0
+"""Seconds on the clock that a process may take to begin: its kernels may be compiled first."""
 
 
 class _Worker:
-    def __init__(self, limit: float, opinions: bool) -> None:
+    def __init__(self, serve: Serve, limit: float, opinions: bool) -> None:
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(theirs, limit, opinions), daemon=True)
+        self.process = context.Process(target=serve, args=(theirs, limit, opinions), daemon=True)
         self.process.start()
         theirs.close()
         self.case: Case | None = None
         self.row: Row | None = None
         self.reached = 0.0
         self.heard = time.monotonic()
+        self.ready = False
 
     def give(self, case: Case) -> None:
         self.case, self.row, self.reached, self.heard = case, None, 0.0, time.monotonic()
         with suppress(OSError):  # it died: seen where answers are taken
             self.pipe.send(case)
+
+    def patience(self, limit: float) -> float:
+        """Seconds of silence after which it is given up."""
+        return SILENCE * limit if self.ready else START
 
     def end(self) -> None:
         self.pipe.close()
@@ -41,7 +50,12 @@ class _Worker:
 
 
 def rows(
-    cases: list[Case], workers: int, limit: float, opinions: bool = True, late: Callable[[], bool] = lambda: False
+    cases: list[Case],
+    workers: int,
+    limit: float,
+    opinions: bool = True,
+    late: Callable[[], bool] = lambda: False,
+    serve: Serve | None = None,
 ) -> Iterator[Row]:
     """The row of every case, in the order in which they are finished; none is begun once it is late."""
     queue = list(reversed(cases))
@@ -51,7 +65,7 @@ def rows(
             if late():
                 queue.clear()
             while queue and len(staff) < workers:
-                staff.append(_Worker(limit, opinions))
+                staff.append(_Worker(serve or _serve, limit, opinions))
             for one in staff:
                 if one.case is None and queue:
                     one.give(queue.pop())
@@ -64,10 +78,9 @@ def rows(
                 if not one.process.is_alive() and one.case is None:
                     staff.remove(one)
             for one in list(staff):
-                if one.case is not None and time.monotonic() - one.heard > SILENCE * limit:
-                    row = one.row or _lost(
-                        one, "too_slow", f"no step for {SILENCE * limit:g} s at t = {one.reached:.4g} s"
-                    )
+                silent = time.monotonic() - one.heard
+                if one.case is not None and silent > one.patience(limit):
+                    row = one.row or _lost(one, "too_slow", f"no step for {silent:.0f} s at t = {one.reached:.4g} s")
                     one.end()
                     staff.remove(one)
                     yield row
@@ -85,7 +98,7 @@ def _hear(one: _Worker) -> Row | None:
         row = one.row or _lost(one, "traceback", f"the process ended with exit code {one.process.exitcode}")
         one.case = None
         return row
-    one.heard = time.monotonic()
+    one.heard, one.ready = time.monotonic(), True
     if kind == "at":
         one.reached = content
     elif kind == "row":
@@ -115,6 +128,7 @@ def _lost(one: _Worker, outcome: str, words: str) -> Row:
 
 
 def _serve(pipe: Connection, limit: float, opinions: bool) -> None:
+    pipe.send(("ready", None))
     threading.Thread(target=_end_with_parent, daemon=True).start()
     told = [0.0]
 
