@@ -24,6 +24,7 @@ from .errors import (
     WriteError,
     shown,
 )
+from .paths import located
 from .plan import Plan, Point, as_text, read_plan
 from .result import CLOCK, json_ready
 from .runner import KeptRun
@@ -93,7 +94,7 @@ def batch(
     was finished stays, and a second call goes on.
     """
     planned = plan if isinstance(plan, Plan) else read_plan(Path(plan))
-    target = Path(out)
+    target = located(out)
     code = code_version()
     same: dict[Path, list[Point]] = {}
     rows: dict[int, Row] = {}

@@ -116,6 +116,23 @@ def diameter_difference(first: Result, second: Result) -> tuple[Floats, Floats, 
     return time, z, read(grid) - diameters(first)[: time.size, : z.size]
 
 
+def cuts(runs: Mapping[str, Result]) -> list[str]:
+    """What a comparison leaves out because the runs are not of one duration or one length, a sentence each."""
+    said = []
+    for label, unit, extents in (
+        ("time", "s", {name: float(result.arrays["time"][-1]) for name, result in runs.items()}),
+        ("place", "cm", {name: float(result.arrays["z"][-1]) for name, result in runs.items()}),
+    ):
+        least, most = min(extents.values()), max(extents.values())
+        if most - least > 1e-9 * most:
+            ends = ", ".join(f"{name} {extent:.4g} {unit}" for name, extent in extents.items())
+            said.append(
+                f"the runs end at different {label}s ({ends}): maps of differences stop at the first, and numbers of "
+                "whole runs are over unequal parts"
+            )
+    return said
+
+
 def tracks_figure(runs: Mapping[str, Result]) -> Canvas:
     """The position of the pellet over time, every run in one picture, the oral end at the top."""
     from matplotlib.figure import Figure

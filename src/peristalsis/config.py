@@ -27,9 +27,11 @@ from peristalsis import units
 from peristalsis.consistency import check
 from peristalsis.errors import ConfigurationError, UnknownKeyError, shown, suggestion
 from peristalsis.parameters import PARAMETERS, READINGS, Parameter, Value, shipped
+from peristalsis.paths import beside_file, located
 from peristalsis.protocols import Protocol
 from peristalsis.protocols import parse as parse_protocol
 from peristalsis.recording import CHOICES as FIELD_CHOICES
+from peristalsis.recording import choices
 from peristalsis.regions import Region
 from peristalsis.regions import read as read_regions
 from peristalsis.regions import schema as regions_schema
@@ -299,8 +301,8 @@ class Output(Section):
     @classmethod
     def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for name in names:
-            if name not in FIELD_CHOICES:
-                raise ValueError(f"{shown(name)} is not a field; {suggestion(name, FIELD_CHOICES)}")
+            if name not in choices():
+                raise ValueError(f"{shown(name)} is not a field; {suggestion(name, choices())}")
         return names
 
 
@@ -529,17 +531,22 @@ def json_schema() -> dict[str, Any]:
 
 
 def read_toml(source: str | PathLike[str], most: int = LARGEST_TEXT) -> dict[str, Any]:
-    """The tables of TOML text or of a file of at most `most` bytes, before any check of keys and values."""
+    """The tables of TOML text or of a file of at most `most` bytes, before any check of keys and values.
+
+    Files that a file names lie beside it: their paths come back with its folder in front.
+    """
     if isinstance(source, str):
-        text, where = source, "the configuration text"
+        text, where, folder = source.removeprefix("\ufeff"), "the configuration text", None
     else:
-        text, where = _read_file(Path(source), most), shown(str(source))
+        file = located(source)
+        text, where, folder = _read_file(file, most), shown(str(source)), file.parent
     if len(text) > most:
         raise ConfigurationError(f"{where} has {len(text)} characters, more than {most}; shorten it")
     if _LONG_KEY.search(text):
         raise ConfigurationError(f"{where} has a key of many parts, and none has more than three; correct it")
     try:
-        return tomllib.loads(text)
+        tables = tomllib.loads(text)
+        return tables if folder is None else beside_file(tables, folder)
     except (ValueError, RecursionError) as error:
         cause = "it is nested too deeply" if isinstance(error, RecursionError) else shown(str(error), 120)
         fix = "give a Path to read a file" if source == text and text.endswith(".toml") else "correct it"
@@ -558,7 +565,7 @@ def _read_file(path: Path, most: int) -> str:
     if len(content) > most:
         raise ConfigurationError(f"{shown(str(path))} is larger than {most} bytes; shorten it")
     try:
-        return content.decode("utf-8")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise ConfigurationError(f"{shown(str(path))} is not UTF-8 text; save it as UTF-8") from None
 
@@ -661,7 +668,7 @@ def _put(flat: dict[str, Any], key: object, value: object) -> None:
         raise UnknownKeyError(f"{shown(key)} is not a parameter; {fix}")
     if key in flat:
         raise ConfigurationError(f"{key} is given twice; keep one")
-    flat[key] = value
+    flat[key] = units.plain(value) if key in FIELDS else value
 
 
 def _nest(flat: Mapping[str, Any]) -> dict[str, Any]:
@@ -747,7 +754,7 @@ def _schema_of(spec: FieldSpec, about: Parameter) -> dict[str, Any]:
     elif spec.unit == units.DIMENSIONLESS:
         schema = {"type": "number"} | limits
     else:
-        schema = {"type": "string", "x-unit": spec.unit}
+        schema = {"type": "string", "pattern": units.pattern(spec.unit), "x-unit": spec.unit}
         schema |= {f"x-{name}": limit for name, limit in limits.items()}
     if spec.kind in ("list", "names"):
         schema = {"type": "array", "items": schema}

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .names import OUTPUTS
+from .names import OUTPUTS, Output
 
-LARGE = 10_000
+LARGE = 1_000
 """Arrays with more numbers than this are compressed."""
 
 
-def netcdf_image(arrays: Mapping[str, NDArray[Any]], attributes: Mapping[str, str | int]) -> bytes:
+def netcdf_image(
+    arrays: Mapping[str, NDArray[Any]],
+    attributes: Mapping[str, str | int],
+    foreign: Mapping[str, Output] = MappingProxyType({}),
+) -> bytes:
     """The content of a file with these outputs, numbers or texts, each with its dimensions, unit and long name.
+
+    foreign: outputs that `names` does not have.
 
     Built in memory: the HDF5 library does not survive a disk that fills up under an open file.
     """
@@ -27,7 +34,8 @@ def netcdf_image(arrays: Mapping[str, NDArray[Any]], attributes: Mapping[str, st
     with h5netcdf.File(image, "w") as file:
         file.attrs.update(attributes)
         for name, given in arrays.items():
-            output, values = OUTPUTS[name], np.asarray(given)
+            output = foreign[name] if name in foreign else OUTPUTS[name]
+            values = np.asarray(given)
             for dimension, size in zip(output.dimensions, values.shape, strict=True):
                 if dimension not in file.dimensions:
                     file.dimensions[dimension] = size

@@ -21,6 +21,7 @@ from pathlib import Path
 
 from . import units
 from .errors import ConfigurationError, shown, suggestion
+from .paths import located
 
 SHAPES = ("step", "ramp", "table")
 MOST_KNOTS = 1000
@@ -110,7 +111,7 @@ def parse(text: object, numbers: dict[str, str]) -> Protocol:
     if body.count(",") >= MOST_KNOTS:  # before each is read
         raise ConfigurationError(f"protocols: {key} has more than {MOST_KNOTS} values; thin them out")
     if shape == "table":
-        knots = _read_table(Path(body.strip()), key, numbers[key])
+        knots = _read_table(located(body.strip()), key, numbers[key])
     else:
         knots = [_knot(part, key, numbers[key]) for part in body.split(",")]
     times, values = tuple(time for time, _ in knots), tuple(value for _, value in knots)
@@ -148,7 +149,7 @@ def _read_table(path: Path, key: str, unit: str) -> list[tuple[float, float]]:
     try:
         if path.stat().st_size > LARGEST_TABLE:
             raise ConfigurationError(f"{shown(str(path))} is larger than {LARGEST_TABLE} bytes; thin it out")
-        with path.open(newline="", encoding="utf-8") as file:
+        with path.open(newline="", encoding="utf-8-sig") as file:
             rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         cause = error.strerror if isinstance(error, OSError) else str(error)

@@ -8,7 +8,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,8 +23,9 @@ from .environment import code_version, machine, versions
 from .errors import ConfigurationError, shown
 from .manifest import FILE as MANIFEST_FILE
 from .manifest import SCHEMA
-from .names import COORDINATES, OUTPUTS
+from .names import COORDINATES, OUTPUTS, Output
 from .netcdf import netcdf_image
+from .paths import located
 from .store import (
     CONFIGURATION_FILE,
     RESULT_FILE,
@@ -62,7 +63,7 @@ UNFINISHED = ("interrupted", "diverged")
 """Runs that broke off: their last checkpoint is kept with them."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """One run: `dataset` (xarray, every output with its unit), `summary` (the numbers of --json), `configuration`.
 
@@ -73,6 +74,8 @@ class Result:
     summary: Mapping[str, Any]
     arrays: Mapping[str, Floats]
     remarks: tuple[str, ...] = ()
+    foreign: Mapping[str, Output] = field(default_factory=dict)
+    """Outputs that were registered where the run was made and are not known here: by name, without their functions."""
 
     @property
     def status(self) -> str:
@@ -85,6 +88,44 @@ class Result:
         text = self.summary.get("error")
         return None if text is None else str(text)
 
+    def key_numbers(self) -> list[tuple[str, str]]:
+        """What the run came to, in a few words and numbers each."""
+        summary = self.summary
+        numbers = (
+            ("transit", "transit_s", "s"),
+            ("travel", "travel_cm", "cm"),
+            ("mean velocity", "mean_velocity_cm_s", "cm/s"),
+            ("largest axial force", "max_axial_force_mN", "mN"),
+            ("simulated", "simulated_s", "s"),
+        )
+        found = [(label, summary.get(key), unit) for label, key, unit in numbers]
+        return [("status", self.status.replace("_", " "))] + [
+            (label, f"{value:.4g} {unit}") for label, value, unit in found if isinstance(value, int | float)
+        ]
+
+    def __repr__(self) -> str:
+        head = f"<peristalsis run {self.configuration.scenario}, reading {self.configuration.reading}>"
+        lines = [head, *(f"  {label}: {words}" for label, words in self.key_numbers())]
+        lines += [f"  error: {self.error}"] if self.error else []
+        lines += [f"  remark: {remark}" for remark in self.remarks[:3]]
+        more = len(self.remarks) - 3
+        lines += [f"  and {more} more, in .remarks"] if more > 0 else []
+        return "\n".join([*lines, "  see .summary, .dataset, .plot, .configuration"])
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        from .plots.thumbnail import thumbnail
+
+        about = escape(f"{self.configuration.scenario}, reading {self.configuration.reading}")
+        rows = "".join(f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in self.key_numbers())
+        notes = [*([f"error: {self.error}"] if self.error else []), *self.remarks]
+        said = "".join(f"<li>{escape(note)}</li>" for note in notes)
+        return (
+            f"<div><b>peristalsis run {about}</b><table>{rows}</table>{thumbnail(self)}"
+            f"{f'<ul>{said}</ul>' if said else ''}</div>"
+        )
+
     @cached_property
     def dataset(self) -> xarray.Dataset:
         """All outputs with dimensions, units and long names; the configuration and versions are attributes."""
@@ -93,7 +134,7 @@ class Result:
         coordinates = {output.name for output in COORDINATES}
         variables = {}
         for name, values in self.arrays.items():
-            output = OUTPUTS[name]
+            output = self.foreign[name] if name in self.foreign else OUTPUTS[name]
             attributes = {"units": output.unit, "long_name": output.long_name}
             variables[name] = (output.dimensions, values, attributes)
         data = {name: value for name, value in variables.items() if name not in coordinates}
@@ -140,12 +181,12 @@ class Result:
         folder of the run, if it has one; its checkpoints stay with a run that broke off. Raises WriteError when the
         folder exists (without `overwrite`) or cannot be written; a workspace with checkpoints stays then.
         """
-        target = Path(folder)
+        target = located(folder)
         check_target(target, overwrite)
         own = workspace is None
         place = Workspace(target) if workspace is None else workspace
         try:
-            image = netcdf_image(self.arrays, self._attributes())
+            image = netcdf_image(self.arrays, self._attributes(), self.foreign)
             summary = json.dumps(json_ready(self.summary), indent=2, allow_nan=False) + "\n"
             files = {
                 RESULT_FILE: image,
@@ -193,7 +234,7 @@ def load(folder: str | os.PathLike[str]) -> Result:
     Raises ConfigurationError if there is none, and DamagedResult if it is not whole. Results of versions without a
     manifest are read as they are.
     """
-    path = Path(folder)
+    path = located(folder)
     place = path if path.is_dir() or path.name != RESULT_FILE else path.parent
     recover(place)
     found = read_manifest(place)
@@ -237,7 +278,12 @@ def _decoded(image: bytes, checked: bool) -> Result:
     summary = json.loads(dataset.attrs["summary"])
     arrays = {str(name): np.asarray(dataset[name].values) for name in dataset.variables}
     remarks = tuple(text for text in str(dataset.attrs.get("remarks", "")).split(" | ") if text)
-    return Result(configuration, summary, arrays, remarks)
+    foreign = {
+        str(name): Output(str(name), tuple(map(str, one.dims)), str(one.attrs["units"]), str(one.attrs["long_name"]))
+        for name, one in dataset.variables.items()
+        if name not in OUTPUTS
+    }
+    return Result(configuration, summary, arrays, remarks, foreign)
 
 
 def json_ready(value: Any) -> Any:

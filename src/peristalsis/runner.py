@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from os import PathLike
@@ -13,6 +14,7 @@ from .checkpoint import EVERY, Checkpoints, Found, newest
 from .config import Configuration
 from .environment import code_version
 from .errors import WriteError, shown
+from .paths import located
 from .result import Result, load
 from .simulation import Simulation
 from .store import Workspace, check_target, recover, unfinished
@@ -39,18 +41,32 @@ def run(
     result in, with checkpoints on the way; without it nothing is written. resume: go on from the newest checkpoint
     that an earlier run to this folder (out/SCENARIO unless given) left, or return its result if it had finished.
     Raises ConfigurationError for bad input and WriteError for a folder that cannot be written; a run that diverges or
-    is interrupted returns its history with `status`.
+    is interrupted returns its history with `status`. Remarks, such as a grid too coarse for the wave, are in
+    `result.remarks`, and each is said once through the logger "peristalsis".
     """
     configuration = scenarios.configuration(scenario, reading=reading, changes=changes, file=file)
     if out is None and not resume:
-        return Simulation(configuration, progress=progress).run()
-    target = Path("out", configuration.scenario) if out is None else Path(out)
+        return _said(Simulation(configuration, progress=progress).run())
+    target = Path("out", configuration.scenario) if out is None else located(out)
     kept = KeptRun(configuration, target, resume, overwrite)
     if kept.finished is not None:
         return kept.finished
     with kept:
         result = kept.begin(progress).run()
         kept.save(result)
+    return _said(result)
+
+
+_LOG = logging.getLogger("peristalsis")
+_SAID: set[str] = set()
+
+
+def _said(result: Result) -> Result:
+    """The result, once its remarks are said: each once in a process, on stderr unless logging is set up otherwise."""
+    for remark in result.remarks:
+        if remark not in _SAID:
+            _SAID.add(remark)
+            _LOG.warning("%s: %s", result.configuration.scenario, remark)
     return result
 
 

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, is_dataclass
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,8 @@ from .model.guards import advance_safely, violation
 from .model.initial import initial_state
 from .model.model import Model
 from .model.state import PelletState, State
+from .moment import Moment
+from .names import ACTIVATION, EVENTS
 from .observers import (
     ARREST_TRAVEL,
     ARREST_WINDOW,
@@ -37,8 +38,10 @@ from .observers import (
     ProbeRecorder,
     ScalarRecorder,
     StopConditions,
+    read_off,
 )
 from .packing import pack, packable, unpack
+from .paths import located
 from .protocols import changeable, values_at
 from .recording import chosen
 from .result import Result, summarise
@@ -114,7 +117,7 @@ class Simulation:
         observers: of the same kinds as before; those that are dataclasses of plain data go on with what they held.
         Raises ConfigurationError if there is no whole checkpoint, or if it is of another version of the code.
         """
-        found = newest_of(Path(folder))
+        found = newest_of(located(folder))
         simulation = cls(Configuration.from_toml(found.head.configuration), observers, progress)
         simulation.restore(found)
         return simulation
@@ -297,19 +300,16 @@ class Simulation:
             "theta": grid.columns,
             "theta_cell": grid.cell_columns,
             "probe": grid.cells[self._probes.cells],
-            "activation_longitudinal": self.state.longitudinal.first_activation * 1e-3,
-            "activation_circular": self.state.circular.first_activation * 1e-3,
         }
+        once = tuple(output.name for output in ACTIVATION)
+        arrays |= dict(zip(once, read_off(once, Moment(self.model, self.state)), strict=True))
         arrays |= {name: np.stack(frames) for name, frames in self._fields.frames.items()}
         arrays |= self._scalars.columns()
         arrays |= self._probes.columns()
         events = self.events()
-        arrays |= {
-            "event_time": np.array([event.time for event in events], dtype=float),
-            "event_place": np.array([event.place for event in events], dtype=float),
-            "event_kind": np.array([event.kind for event in events], dtype=object),
-            "event_words": np.array([event.words for event in events], dtype=object),
-        }
+        for output in EVENTS:
+            found = [output.value(event) for event in events if output.value is not None]
+            arrays[output.name] = np.array(found, dtype=float if output.unit else object)
         return arrays
 
 

@@ -22,12 +22,13 @@ ALLOWED = {
     "units": {"units", "errors"},
     "errors": {"errors"},
     "parameters": {"parameters", "units", "errors"},
-    "protocols": {"protocols", "units", "errors"},
-    "regions": {"regions", "units", "errors"},
+    "paths": {"paths", "errors"},
+    "protocols": {"protocols", "paths", "units", "errors"},
+    "regions": {"regions", "paths", "units", "errors"},
     "names": {"names"},
     "recording": {"recording", "names"},
     "consistency": {"consistency", "config", "parameters", "recording", "regions", "units", "errors"},
-    "config": {"config", "consistency", "protocols", "recording", "regions", "parameters", "units", "errors"},
+    "config": {"config", "consistency", "paths", "protocols", "recording", "regions", "parameters", "units", "errors"},
 }
 """What each layer may import of the package; layers that are not named lie above all of these."""
 

@@ -403,3 +403,16 @@ def test_quarantine_that_fails_is_said(tmp_path: Path, monkeypatch: pytest.Monke
 
 def test_plans_are_of_configurations() -> None:
     assert isinstance(read_plan(GRID).points[0].configuration, Configuration)
+
+
+def test_points_of_a_grid_are_named_by_their_values() -> None:
+    plan = read_plan('[grid]\n"pellet.radius" = ["8 mm", "9 mm"]\n"grid.n_z" = [60]\n')
+    assert [point.name for point in plan.points] == ["radius = 8 mm, n_z = 60", "radius = 9 mm, n_z = 60"]
+    twice = read_plan('[grid]\n"longitudinal.active" = [1.0]\n"circular.active" = [0.5]\n')
+    assert twice.points[0].name == "longitudinal.active = 1.0, circular.active = 0.5"
+
+
+def test_section_grid_and_table_grid_are_told_apart() -> None:
+    """[grid] of a batch is what varies, not the grid of the model."""
+    with pytest.raises(ConfigurationError, match=r'"grid.n_z" = \[...\], or in \[changes\]'):
+        read_plan("[grid]\nn_z = 400\n")

@@ -688,7 +688,7 @@ def test_film_and_export(runs: Path, here: Path, monkeypatch: pytest.MonkeyPatch
     assert "'a.gif' exists" in capsys.readouterr().err
     assert main([*words, "--overwrite"]) == 0
 
-    def export_csv(result: Result, folder: Path) -> list[Path]:
+    def export_csv(result: Result, folder: Path, *more: object) -> list[Path]:
         folder.mkdir(exist_ok=True)
         (folder / "track.csv").write_text(str(result.summary["steps"]))
         return [folder / "track.csv"]

@@ -295,7 +295,7 @@ def test_film_of_a_single_frame_without_pellet(bare: ps.Result, tmp_path: Path) 
 
 
 def test_csv_holds_the_numbers_to_the_last_bit(run: ps.Result, tmp_path: Path) -> None:
-    export_csv(run, tmp_path)
+    export_csv(run, tmp_path, fields=("all",))
     with (tmp_path / "curves.csv").open(newline="", encoding="ascii") as file:
         head, *rows = csv.reader(file)
     column = head.index("pellet_position [cm]")
@@ -332,3 +332,30 @@ def test_figures_that_cannot_be_written_say_so(run: ps.Result, tmp_path: Path) -
 
 def test_figures_are_listed_beside_what_plots_can_do(run: ps.Result) -> None:
     assert {"save", "film", *Plots.names()} <= set(dir(run.plot))
+
+
+def test_csv_is_small_unless_asked(run: ps.Result, tmp_path: Path) -> None:
+    """The map of diameters alone; rows as far apart as asked, the last one kept; compressed on demand."""
+    import gzip
+
+    assert {file.name for file in export_csv(run, tmp_path / "all")} == {
+        "curves.csv",
+        "probes.csv",
+        "events.csv",
+        "map_diameter_in_space.csv",
+    }
+    files = export_csv(run, tmp_path / "few", every=0.1, fields=("radius",), compress=True)
+    assert "map_radius.csv.gz" in {file.name for file in files}
+    with gzip.open(tmp_path / "few" / "curves.csv.gz", "rt", encoding="ascii") as file:
+        times = [float(row[0]) for row in list(csv.reader(file))[1:]]
+    assert times == pytest.approx([0.0, 0.1, 0.2, 0.3])
+    with pytest.raises(ConfigurationError, match="not stored by this run"):
+        export_csv(run, tmp_path, fields=("radios",))
+
+
+def test_what_a_comparison_cuts_is_said(run: ps.Result, bare: ps.Result) -> None:
+    from peristalsis.comparing import cuts
+
+    assert cuts({"a": run, "b": run}) == []
+    (sentence,) = cuts({"a": run, "b": bare})
+    assert "a 0.3 s, b 0.05 s" in sentence

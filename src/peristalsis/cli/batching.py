@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ConfigurationError, DamagedResult, WriteError, shown
+from ..paths import located
 from .streams import Screen, spelled
 
 if TYPE_CHECKING:
@@ -25,8 +26,8 @@ def batch(file: str, out: str | None, workers: int, screen: Screen) -> int:
     if not 1 <= workers <= MOST_WORKERS:
         raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
     begin = time.monotonic()
-    plan = read_plan(Path(file))
-    target = Path("out", Path(file).stem) if out is None else Path(out)
+    plan = read_plan(located(file))
+    target = Path("out", located(file).stem) if out is None else located(out)
     screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(target)}: call again to go on"
 
     def progress(step: Step) -> None:
@@ -54,7 +55,7 @@ def check(folders: Sequence[str], aside: bool, screen: Screen) -> int:
 
     states: list[dict[str, str]] = []
     for folder in folders:
-        path = Path(folder)
+        path = located(folder)
         try:
             found = store.verify(path)
             states.append({"folder": folder, "state": "whole", "said": f"{found.status}, {len(found.files)} files"})

@@ -268,13 +268,15 @@ def film_(
         str | None,
         typer.Option("--out", metavar="FILE", help="A .gif, or .mp4 where ffmpeg is; FOLDER/film.gif unless given."),
     ] = None,
+    frames: Annotated[int, typer.Option("--frames", metavar="N", help="Frames, spread evenly over the run.")] = 100,
+    rate: Annotated[int, typer.Option("--rate", metavar="N", help="Frames a second.")] = 20,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> Job:
     """Write a film of a stored run: wall and pellet."""
     from .stored import film
 
-    return Job(lambda screen: film(folder, out, overwrite, screen))
+    return Job(lambda screen: film(folder, out, overwrite, screen, frames, rate))
 
 
 @app.command("scene", epilog=_epilog("scene"))
@@ -295,6 +297,7 @@ def scene_(
     colour: Annotated[
         str, typer.Option("--colour", metavar="FIELD", help="Output that colours the wall.")
     ] = "stretch_circumferential",
+    rate: Annotated[int, typer.Option("--rate", metavar="N", help="Frames a second of a film.")] = 15,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> Job:
@@ -304,7 +307,7 @@ def scene_(
     """
     from .stored import scene
 
-    return Job(lambda screen: scene(folder, out, time, colour, overwrite, screen))
+    return Job(lambda screen: scene(folder, out, time, colour, overwrite, screen, rate))
 
 
 @app.command("export", epilog=_epilog("export"))
@@ -317,6 +320,17 @@ def export_(
     kind: Annotated[
         str, typer.Option("--format", metavar="csv|vtk", help="Tables, or moving surfaces for ParaView.")
     ] = "csv",
+    every: Annotated[
+        str | None,
+        typer.Option("--every", metavar="T", help="Time between rows, such as '10 ms'; all rows unless given."),
+    ] = None,
+    fields: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--field", metavar="FIELD", help="A map to write, or 'all'; may be repeated. Diameter alone unless given."
+        ),
+    ] = None,
+    compress: Annotated[bool, typer.Option("--compress", help="Write .csv.gz files.")] = False,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> Job:
@@ -326,7 +340,7 @@ def export_(
     """
     from .stored import export
 
-    return Job(lambda screen: export(folder, kind, out, overwrite, screen))
+    return Job(lambda screen: export(folder, kind, out, overwrite, screen, every, fields or [], compress))
 
 
 @app.command("compare", epilog=_epilog("compare"))

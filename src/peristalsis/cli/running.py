@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import DivergenceError, InterruptedRun, WriteError
+from ..paths import located
 from .inputs import Input
 from .report import print_summary
 from .signals import Held, held_back
@@ -44,7 +45,7 @@ def run(order: Order, screen: Screen) -> int:
 
     configuration = order.input.configuration()
     screen.scenario = configuration.scenario
-    target = Path("out", configuration.scenario) if order.out is None else Path(order.out)
+    target = Path("out", configuration.scenario) if order.out is None else located(order.out)
     refuse_target(target, order.overwrite or order.resume)
     screen.if_interrupted = "interrupted; nothing was written"
     kept = KeptRun(configuration, target, order.resume, order.overwrite, screen.line)
@@ -110,6 +111,8 @@ def _simulate(kept: KeptRun, screen: Screen) -> tuple[Result, Failure | None]:
             screen.line(expected_effort(configuration, simulation.model, simulation.state).words())
         progress.start()
         result = simulation.run()
+        if simulation.failure is None:
+            progress.done(result.status.replace("_", " "), float(result.summary["simulated_s"]))
     return result, simulation.failure
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..errors import ConfigurationError, WriteError, shown, suggestion
+from ..paths import located
 from .report import number_text
 from .streams import Screen, spelled
 
@@ -31,30 +32,33 @@ def plot(folder: str, names: Sequence[str], formats: Sequence[str], out: str | N
                 f"--format {shown(name)}: not one of {', '.join(FORMATS)}; {suggestion(name, FORMATS)}"
             )
     result = _load(folder, screen)
-    target = Path(folder if out is None else out)
+    target = located(folder if out is None else out)
     chosen = list(dict.fromkeys(names)) or None
-    files = _written(
-        target, lambda: result.plot.save(target, chosen, formats=tuple(dict.fromkeys(formats)) or ("png",))
-    )
+    plots = result.plot
+    files = _written(target, lambda: plots.save(target, chosen, formats=tuple(dict.fromkeys(formats)) or ("png",)))
+    for name, why in plots.skipped.items():
+        screen.warn(f"{name} is left out: {why}")
     return _say_written(files or [], screen)
 
 
-def film(folder: str, out: str | None, overwrite: bool, screen: Screen) -> int:
+def film(folder: str, out: str | None, overwrite: bool, screen: Screen, frames: int = 100, rate: int = 20) -> int:
     """Write a film of a stored run."""
-    target = Path(folder, "film.gif") if out is None else Path(out)
+    target = located(folder) / "film.gif" if out is None else located(out)
     if target.suffix.lower() not in FILMS:
         raise ConfigurationError(f"--out {shown(str(target))}: a film ends in {' or '.join(FILMS)}; rename it")
     result = _load(folder, screen)
     _refuse_existing(target, overwrite or out is None)
-    _written(target, lambda: result.plot.film(target))
+    _written(target, lambda: result.plot.film(target, frames, rate))
     return _say_written([target], screen)
 
 
-def scene(folder: str, out: str | None, time: str | None, colour: str, overwrite: bool, screen: Screen) -> int:
+def scene(
+    folder: str, out: str | None, time: str | None, colour: str, overwrite: bool, screen: Screen, rate: int = 15
+) -> int:
     """Draw a stored run in space."""
     from ..units import parse
 
-    target = Path(folder, "scene.png") if out is None else Path(out)
+    target = located(folder) / "scene.png" if out is None else located(out)
     if target.suffix.lower() not in SCENES:
         raise ConfigurationError(f"--out {shown(str(target))}: a scene ends in {', '.join(SCENES)}; rename it")
     seconds = None if time is None else parse(time, "s", "--time")
@@ -62,23 +66,41 @@ def scene(folder: str, out: str | None, time: str | None, colour: str, overwrite
         raise ConfigurationError(f"--time {shown(time)}: a film shows all times; leave it out, or name a .png")
     result = _load(folder, screen)
     _refuse_existing(target, overwrite or out is None)
-    _written(target, lambda: result.plot.scene(target, time=seconds, colour=colour))
+    _written(target, lambda: result.plot.scene(target, time=seconds, colour=colour, rate=rate))
     return _say_written([target], screen)
 
 
-def export(folder: str, kind: str, out: str | None, overwrite: bool, screen: Screen) -> int:
+def export(
+    folder: str,
+    kind: str,
+    out: str | None,
+    overwrite: bool,
+    screen: Screen,
+    every: str | None = None,
+    fields: Sequence[str] = (),
+    compress: bool = False,
+) -> int:
     """Write a stored run for other programs: its numbers as CSV files, or its surfaces as VTK files."""
     if kind not in EXPORTS:
         raise ConfigurationError(
             f"--format {shown(kind)}: not one of {', '.join(EXPORTS)}; {suggestion(kind, EXPORTS)}"
         )
+    if kind == "vtk" and (every is not None or fields or compress):
+        raise ConfigurationError("--every, --field and --compress are for --format csv; leave them out")
+    from ..units import parse
+
+    seconds = None if every is None else parse(every, "s", "--every")
     result = _load(folder, screen)
-    target = Path(folder, kind) if out is None else Path(out)
+    target = located(folder) / kind if out is None else located(out)
     _refuse_existing(target, overwrite or out is None)
     from ..plots.export import export_csv, export_vtk
 
-    write = export_vtk if kind == "vtk" else export_csv
-    return _say_written(sorted(_written(target, lambda: write(result, target))), screen)
+    def write() -> list[Path]:
+        if kind == "vtk":
+            return export_vtk(result, target)
+        return export_csv(result, target, seconds, tuple(dict.fromkeys(fields)), compress)
+
+    return _say_written(sorted(_written(target, write)), screen)
 
 
 def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Screen) -> int:
@@ -90,7 +112,7 @@ def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Sc
             f"RUN = {shown(folders[0])}: there is nothing to compare it with; name a second folder"
         )
     runs = {name: _load(folder, screen) for name, folder in zip(labels(folders), folders, strict=True)}
-    target = None if out is None else Path(out)
+    target = None if out is None else located(out)
     if target is not None:
         _refuse_existing(target, overwrite)
     screen.scenario = None
@@ -101,6 +123,8 @@ def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Sc
             rows.append((number, values))
     status = [result.status for result in runs.values()]
     changed = comparing.changed_keys(runs)
+    for sentence in comparing.cuts(runs):
+        screen.warn(sentence)
     numbers = [
         ("status", *(text.replace("_", " ") for text in status)),
         *((number.label, *(number_text(value, number.unit) for value in values)) for number, values in rows),
@@ -124,7 +148,7 @@ def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Sc
 
 def labels(folders: Sequence[str]) -> list[str]:
     """Names for the runs: the last part of each folder where that tells them apart, else the whole."""
-    last = [Path(folder).resolve().name for folder in folders]
+    last = [located(folder).resolve().name for folder in folders]
     names = [folder if Counter(last)[name] > 1 else name for folder, name in zip(folders, last, strict=True)]
     repeated = [name for name, count in Counter(names).items() if count > 1]
     if repeated:

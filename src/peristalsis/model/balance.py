@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..geometry.surface import rates_to_frames
 from ..numerics.rates import rate_formula
-from .bookkeeping import wall_work
+from .bookkeeping import WallWork, wall_work
 from .constants import packed
 from .explicit_step import contact_energy, explicit_acceleration
 from .fields import end_reactions
@@ -43,22 +42,26 @@ def work_of_step(model: Model, before: State, after: State) -> Work:
     """Trapezoidal work of every term between two states a step apart."""
     if model.grid.is_surface:
         return _work_on_surface(model, before, after)
-    parts = np.empty(4)
-    volumes = wall_work(before.wall.arrays, after.wall.arrays, packed(model.wall), parts)
-    return work_from(model, before, after, parts.tolist(), volumes)
+    return work_from(model, before, after, wall_work(before.wall.arrays, after.wall.arrays, packed(model.wall)))
 
 
-def work_from(model: Model, before: State, after: State, parts: Sequence[float], volumes: tuple[float, float]) -> Work:
-    """`work_of_step` of one column from the numbers of `bookkeeping.wall_work`: parts (4) and volumes (2)."""
-    stored, active, viscous, floor = parts
+def work_from(model: Model, before: State, after: State, wall: WallWork) -> Work:
+    """`work_of_step` of one column from the numbers of `bookkeeping.wall_work`."""
     pellet_volume = model.pellet.volume if model.pellet.present else 0.0
-    gas = _gas_energy(model, volumes[0] - pellet_volume) - _gas_energy(model, volumes[1] - pellet_volume)
+    gas = _gas_energy(model, wall.volume_before - pellet_volume) - _gas_energy(model, wall.volume_after - pellet_volume)
     kinetic = 0.0
     if model.inertia:
         squares = [float((state.wall.velocity[:, 0, [0, 2]] ** 2).sum()) for state in (before, after)]
         kinetic = _kinetic(model, squares)
-    stored += contact_energy(model, after.wall) - contact_energy(model, before.wall)
-    return Work(-active, gas, stored, viscous + floor, _lost_pellet(model, before, after), kinetic)
+    stored = wall.passive + (contact_energy(model, after.wall) - contact_energy(model, before.wall))
+    return Work(
+        active=-wall.active,
+        gas=gas,
+        stored=stored,
+        lost_wall=wall.viscous + wall.floor,
+        lost_pellet=_lost_pellet(model, before, after),
+        kinetic=kinetic,
+    )
 
 
 def _work_on_surface(model: Model, before: State, after: State) -> Work:
@@ -75,7 +78,14 @@ def _work_on_surface(model: Model, before: State, after: State) -> Work:
         lost_across = model.sideways_friction / model.dt_wall * float(across @ across)
     else:
         lost_across = 0.0
-    return Work(-active, gas, stored, lost, _lost_pellet(model, before, after) + lost_across, kinetic)
+    return Work(
+        active=-active,
+        gas=gas,
+        stored=stored,
+        lost_wall=lost,
+        lost_pellet=_lost_pellet(model, before, after) + lost_across,
+        kinetic=kinetic,
+    )
 
 
 def _kinetic(model: Model, squares: list[float]) -> float:

@@ -44,6 +44,7 @@ from ..wall.assembly import (
 )
 from ..wall.membrane import WallConstants
 from .constants import LumenConstants, PelletConstants, Step, packed, unpack_lumen, unpack_pellet, unpack_wall
+from .rounding import at_rounding
 
 __all__ = ["LumenConstants", "PelletConstants", "Step", "solve_equilibrium", "solve_packed", "workspace"]
 
@@ -54,6 +55,10 @@ TENSION_SCALE = 10.0
 GAP_SCALE = 1.0e5
 """Weight of an open gap in the merit of the line search [mN/cm^3]: heavy, or a nearly slack wall refuses contact."""
 ROUNDOFF = 16.0 * 2.0**-52
+SCALAR_ROUNDING = 1e-13
+"""Share of pressure and axial force that the rounding of the sums they follow from may take."""
+LARGEST_ROUNDING = 1e-3
+"""Rounding of the forces above this residual is no state of rest: of tensions beyond 1e9 mN/cm or so."""
 SHORTER = 0.25
 SMALLEST_STEP = 1.0 / 16.0
 """Lengths of the line search: 1, 1/4, 1/16. Where a kink spoils the whole update, one half as long does no better."""
@@ -63,13 +68,17 @@ KINK_ALLOWANCE = 2.0
 FIRST_ALLOWANCE = 2.0
 """The first updates may raise the merit: they leave the kinks of the extrapolated guess."""
 
-CONVERGED, NOT_CONVERGED, SINGULAR, OUT_OF_RANGE = range(4)
+CONVERGED, NOT_CONVERGED, SINGULAR, OUT_OF_RANGE, ROUNDED = range(5)
+"""ROUNDED: the iteration stands still at forces that are no more than rounding, Eq. (58), above the tolerance."""
 REASONS = (
     "converged",
     "Newton iteration limit reached",
     "singular tangent (static instability of the wall)",
     "stretch out of range",
+    "converged to the rounding of the forces",
 )
+STALLED = 3
+"""Iterations without a residual half as large as the smallest before, after which rounding is asked for."""
 
 
 LOCAL_SHARE = 0.01
@@ -409,7 +418,8 @@ def solve_packed(
 ) -> tuple[int, int, int]:
     """`solve_equilibrium` on tables and packed constants; `known` has KNOWN rows and a column for every node.
 
-    settings_numbers: slope, inertia, pellet_history, pellet_weight of `Step`, tolerance, gap_tolerance, max_iterations.
+    settings_numbers: slope, inertia, pellet_history, pellet_weight of `Step`, tolerance, gap_tolerance, max_iterations;
+    where the code is ROUNDED, the tolerance is overwritten by the residual that was reached.
     work, system: `workspace(n)`; what stands in them beforehand does not matter.
     """
     wall, pellet, lumen = unpack_wall(wall_numbers), unpack_pellet(pellet_numbers), unpack_lumen(lumen_numbers)
@@ -442,6 +452,8 @@ def solve_packed(
     settled = False  # the state is not to be judged by the line search
     evaluated = False  # forces belong to the state
     fresh = True  # the stretch of large residuals has not been looked at since the last update
+    smallest = math.inf  # residual so far
+    stalled = 0
     while True:
         if not evaluated:
             evaluations += 1
@@ -518,6 +530,24 @@ def solve_packed(
             if taken > 0:
                 settled = True
                 continue
+        stalled = 0 if worst < 0.5 * smallest else stalled + 1
+        smallest = min(smallest, worst)
+        if stalled >= STALLED and worst < LARGEST_ROUNDING:
+            apart = abs(r_pressure) > max(tolerance * TENSION_SCALE / wall.radius, SCALAR_ROUNDING * abs(law))
+            force_unit = circumference * TENSION_SCALE
+            apart = apart or abs(r_force) > max(tolerance * force_unit, SCALAR_ROUNDING * abs(scalars[2]))
+            centre_rounding = ROUNDOFF * max(abs(scalars[1]), zeta[n - 1])
+            apart = apart or abs(r_centre) > max(tolerance * TENSION_SCALE / GAP_SCALE, centre_rounding)
+            for i in range(first, n - 1):
+                if work[TOUCHES, i] != 0.0:
+                    apart = apart or abs(work[GAP, i]) > max(settings.gap_tolerance, centre_rounding)
+                else:
+                    apart = apart or abs(density[i]) * wall.radius > tolerance * TENSION_SCALE
+            if not apart and at_rounding(
+                rho, zeta, density, scalars[0], step.slope, wall, tolerance * unit, work
+            ):  # fmt: skip
+                s[4] = worst
+                return ROUNDED, iteration, evaluations
         merits[iteration % MEMORY] = merit
         if iteration == 0:
             merits[:] = FIRST_ALLOWANCE * merit

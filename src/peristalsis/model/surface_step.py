@@ -14,7 +14,7 @@ from ..pellet.friction import sliding_velocity
 from ..pellet.surface_contact import force_on_pellet, measure_contact
 from ..wall.surface import measure_edges, new_edges
 from ..wall.surface_regularisers import SurfaceConstants, patch_shear
-from .equilibrium import CONVERGED, OUT_OF_RANGE, Step, solve_equilibrium
+from .equilibrium import CONVERGED, OUT_OF_RANGE, ROUNDED, Step, solve_equilibrium
 from .friction import friction_ahead
 from .model import Model
 from .state import PelletState, WallState
@@ -166,7 +166,7 @@ def _better_guess(
         model.gap_tolerance,
         model.max_newton,
     )
-    if code != CONVERGED:
+    if code not in (CONVERGED, ROUNDED):
         return guess, density, scalars
     moved = guess.copy()
     moved[:, 0] += (rho - start[0])[:, None]

@@ -13,7 +13,7 @@ from ..wall.assembly import HISTORY_HOOP, HISTORY_R, HISTORY_STRETCH, HISTORY_Z,
 from ..wall.membrane import element_stretch
 from .arrays import NewWall, WallArrays
 from .constants import PELLET_DRY, unpack_pellet, unpack_wall
-from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, VELOCITY_R, WEIGHT, solve_packed
+from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, ROUNDED, VELOCITY_R, WEIGHT, solve_packed
 from .predictor import fit_lengths
 
 PRESSURE, CENTRE, VELOCITY, FORCE, DRY = range(5)
@@ -112,6 +112,8 @@ def step_wall(
     code, iterations, assemblies = solve_packed(
         rho, zeta, density, scalars, known, wall_numbers, own_numbers, lumen_numbers, settings, work, system
     )
+    if code == ROUNDED:  # no step of any length does better
+        code = CONVERGED
     if code != CONVERGED:
         return code, iterations, assemblies
     numbers[PRESSURE], numbers[CENTRE], numbers[DRY] = scalars[0], scalars[1], dry

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..errors import ConfigurationError, shown
 from ..names import FIELDS, OUTPUTS
+from ..paths import located
 from . import data, surface
 from .placing import whole_in_folder
 
@@ -44,7 +45,7 @@ sys.exit(0 if picture is not None and picture.std() > 0 else 3)
 """
 
 COLOURS = {
-    "contact_pressure": "magma",
+    "contact_pressure": "magma_r",  # most of the wall has none, and must not be black
     "stretch_longitudinal": "RdBu",
     "stretch_circumferential": "RdBu",
     "potential_longitudinal": "cividis",
@@ -98,7 +99,7 @@ def scene(
     film, spread evenly; rate: of them a second. Raises ConfigurationError for other endings and fields, and where the
     libraries are missing; WriteError if the file cannot be written.
     """
-    target = Path(path)
+    target = located(path)
     ending = target.suffix.lower()
     if ending not in (*PICTURES, *FILMS):
         raise ConfigurationError(

@@ -70,9 +70,9 @@ def applied() -> Iterator[None]:
 
 def canvas(result: Result, height: float, title: str) -> Canvas:
     """An empty figure with a line that says what it is and of which run."""
-    from matplotlib.figure import Figure
+    from .canvas import ShownFigure
 
-    figure = Figure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
+    figure = ShownFigure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.05, h_pad=0.05, hspace=0.03, wspace=0.03)
     figure.suptitle(f"{title}: {of_run(result)}", x=0.01, ha="left")
     return figure

@@ -9,10 +9,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, Field, fields
 from itertools import pairwise
 from numbers import Integral
-from pathlib import Path
 from typing import Any
 
 from ..errors import ConfigurationError, UnknownKeyError, shown, suggestion
+from ..paths import located
 from ..units import DIMENSIONLESS, QuantityError
 from ..units import read as read_quantity
 from .shapes import Map
@@ -224,7 +224,7 @@ def _read_file(given: object, where: str) -> tuple[list[str], list[str], list[li
     """Places and angles with their units, and the rows, of a CSV file."""
     if not isinstance(given, str):
         raise ConfigurationError(f"{where}: file = {shown(given)}: give the name of a CSV file as text")
-    name, path = shown(given), Path(given)
+    name, path = shown(given), located(given)
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)
