@@ -128,6 +128,10 @@ def test_a_retrograde_wave_may_have_a_negative_speed() -> None:
     summary = {**finished()["summary"], "wave_speed_cm_s": {"longitudinal": -4.0}}
     assert rules.complaints(finished(summary=summary))
     assert rules.complaints(finished(summary={**summary, "waves": {"direction": "retrograde"}})) == []
+    assert rules.complaints(finished(summary={**summary, "waves_retrograde": {"longitudinal": 1}})) == []
+    assert rules.complaints(finished(summary={**summary, "waves_retrograde": {"longitudinal": 0}}))
+    beside = {**finished()["summary"], "wave_speed_cells": {"longitudinal": 500}, "wave_speed_residual_s": 0.0}
+    assert rules.complaints(finished(summary=beside)) == []
 
 
 def test_numbers_beyond_measure_are_seen_wherever_they_stand() -> None:
@@ -141,6 +145,8 @@ def test_energy_needs_a_remark() -> None:
     assert rules.complaints(finished(summary=summary))
     said = ["the balance of work is off by 2e-3: lower step.wall"]
     assert rules.complaints(finished(summary=summary, remarks=said)) == []
+    summary = {**finished()["summary"], "momentum_residual": 2e-3}
+    assert rules.complaints(finished(summary=summary)) == ["momentum 0.002 without a remark"]
 
 
 def test_exits_at_the_clamps_must_be_told() -> None:
@@ -148,8 +154,8 @@ def test_exits_at_the_clamps_must_be_told() -> None:
     out = {"oral_pole_cm": -0.5, "oral_centre_cm": 0.4}
     assert "pole" in rules.complaints(finished(**out))[0]
     assert "centre" in rules.complaints(finished(**(out | {"oral_centre_cm": -0.1})))[0]
-    assert rules.complaints(finished(**out, events={"oral_exit": 1})) == []
-    assert rules.complaints(finished(**out, status="left_orally")) == []
+    assert rules.complaints(finished(**out, events={"oral_end": 1})) == []
+    assert rules.complaints(finished(**out, status="expelled_orally")) == []
     assert rules.complaints(finished(anal_pole_cm=10.2, status="arrested"))
     assert rules.complaints(finished(anal_pole_cm=10.2, status="expelled")) == []
 
