@@ -28,7 +28,7 @@ def finer(case: Case) -> list[Case]:
 
 def chosen_cases(cases: Sequence[Case], row_of: Callable[[Case], Row | None], count: int) -> list[Case]:
     """The first `count` cases, of groups that leave the numerics alone, that finished with a pellet."""
-    found = []
+    found: list[Case] = []
     for case in cases:
         row = row_of(case)
         suits = case.group not in NUMERICAL and row is not None and row["outcome"] == "finished" and "last_cm" in row
