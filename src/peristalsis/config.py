@@ -122,6 +122,8 @@ class Wall(Section):
     radius: float = parameter("wall.radius", gt=0, le=20)
     length: float = parameter("wall.length", gt=0, le=200)
     surface_density: float = parameter("wall.surface_density", gt=0, le=1e6)
+    oral_end: Literal["open", "closed"] = parameter("wall.oral_end")
+    anal_end: Literal["open", "closed"] = parameter("wall.anal_end")
     inertia: bool = parameter("wall.inertia")
     viscosity: float = parameter("wall.viscosity", gt=0, le=1e6)
     tension: Literal["published", "consistent"] = parameter("wall.tension")

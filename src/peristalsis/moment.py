@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .model.balance import Momentum
 from .model.bookkeeping import ContactSummary, EndReactions
 from .model.fields import contact_pressure, corner_tensions, nodal_stretches, nodal_tensions
-from .model.friction import dry_friction_now, sliding_speed
+from .model.friction import dry_friction_now, end_reaction, sliding_speed
 from .model.model import Layer, Model
 from .model.state import SheetState, State
 from .model.step_summary import StepSummary
@@ -64,6 +64,11 @@ class Moment:
     def viscous_force(self) -> float:
         """Viscous friction on the pellet [mN]."""
         return -self.model.pellet.viscous * sliding_speed(self.model, self.state.pellet)
+
+    @cached_property
+    def end_reaction(self) -> float:
+        """Axial force of a closed end on the pellet [mN], Eq. (60); zero at open ends and without a pellet."""
+        return end_reaction(self.model, self.state.pellet) if self.model.pellet.present else 0.0
 
     @property
     def dry_friction_limit(self) -> float:

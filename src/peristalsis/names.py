@@ -137,7 +137,7 @@ SCALARS = [
         STEP,
         "mN",
         "dry friction on the pellet",
-        lambda now: -now.state.pellet.axial_force - now.viscous_force,
+        lambda now: -now.state.pellet.axial_force - now.viscous_force - now.end_reaction,
     ),
     Output(
         "dry_friction_limit",
@@ -145,6 +145,13 @@ SCALARS = [
         "mN",
         "largest dry friction that holds or brakes the pellet",
         lambda now: now.dry_friction_limit,
+    ),
+    Output(
+        "end_reaction",
+        STEP,
+        "mN",
+        "axial force of a closed end of the segment on the pellet",
+        lambda now: now.end_reaction,
     ),
     Output("oral_reaction", STEP, "mN", "axial force of the tube at the oral end", lambda now: now.ends.oral),
     Output("anal_reaction", STEP, "mN", "axial force of the tube at the anal end", lambda now: now.ends.anal),
@@ -282,7 +289,43 @@ EVENTS = (
     Output("event_words", ("event",), "", "what happened", lambda event: event.words),
 )
 
-OUTPUTS = {output.name: output for output in (*COORDINATES, *FIELDS, *ACTIVATION, *SCALARS, *PROBES, *EVENTS)}
+WAVES = (
+    Output("wave_layer", ("wave",), "", "layer of a wave", lambda found: found.layer),
+    Output("wave_time", ("wave",), "s", "time at which a wave began", lambda found: found.time),
+    Output(
+        "wave_start",
+        ("wave",),
+        "cm",
+        "place where a wave began, from the oral end of the undeformed tube",
+        lambda found: found.start,
+    ),
+    Output(
+        "wave_end",
+        ("wave",),
+        "cm",
+        "place where a wave ended, from the oral end of the undeformed tube",
+        lambda found: found.end,
+    ),
+    Output(
+        "wave_direction",
+        ("wave",),
+        "",
+        "direction of a wave: antegrade, retrograde, standing or local",
+        lambda found: found.direction,
+    ),
+    Output(
+        "wave_speed", ("wave",), "cm/s", "speed of a wave, positive towards the anal end", lambda found: found.speed
+    ),
+    Output(
+        "wave_origin",
+        ("wave",),
+        "",
+        "what a wave began with: a stimulus, or no stimulus (spontaneous)",
+        lambda found: found.origin,
+    ),
+)
+
+OUTPUTS = {output.name: output for output in (*COORDINATES, *FIELDS, *ACTIVATION, *SCALARS, *PROBES, *EVENTS, *WAVES)}
 
 HOMES = {STEP: SCALARS, PROBE: PROBES, WALL: FIELDS, CELLS: FIELDS}
 """Dimensions of an output to the list that the recorders go through."""

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .ends import ANALLY, ORALLY, passages
 from .errors import ConfigurationError
 from .model.model import Model
 from .model.state import State
@@ -146,30 +147,39 @@ class ProbeRecorder:
 
 @dataclass
 class Expulsion:
-    """Stops the run when the leading pole of the pellet reaches the anal end; remembers when, to within the step."""
+    """Stops the run when the pellet leaves; remembers when, to within the step (`ends.passages`).
+
+    time: of the leading pole at the anal end [s]. oral_time: of the centre at the oral end. The first of them counts.
+    """
 
     stop: bool
     time: float | None = None
+    oral_time: float | None = None
 
     def start(self, model: Model, state: State) -> None:
         """Nothing to do before the first step."""
 
     def see(self, model: Model, before: State, after: State, report: StepReport) -> str | None:
         """Note the time of arrival, linear within the step."""
-        if not model.pellet.present or self.time is not None:
+        if not model.pellet.present or self.way is not None:
             return None
-        goal = model.grid.length - model.pellet.radius
-        if after.pellet.position < goal:
-            return None
-        travelled = after.pellet.position - before.pellet.position
-        share = (goal - before.pellet.position) / travelled if travelled > 0.0 else 1.0
-        self.time = (before.step + share) * model.dt_wall
-        return "expelled" if self.stop else None
+        found = passages(model, before, after)
+        self.time, self.oral_time = found.anal, found.oral
+        return self.way if self.stop else None
+
+    @property
+    def way(self) -> str | None:
+        """How the pellet left: a status, None while it is inside."""
+        if self.time is not None:
+            return ANALLY
+        return ORALLY if self.oral_time is not None else None
 
 
 @dataclass
 class StopConditions:
-    """Stops the run when the pellet's centre reaches a place, or when it has rested for a second after having moved."""
+    """Stops the run when the pellet's centre reaches a place, from either side, or has rested for a second after having
+    moved.
+    """
 
     position: float
     when_arrested: bool
@@ -184,7 +194,7 @@ class StopConditions:
         if not model.pellet.present:
             return None
         place = after.pellet.position
-        if before.pellet.position < self.position <= place:
+        if before.pellet.position < self.position <= place or place <= self.position < before.pellet.position:
             return f"the pellet has reached {self.position:g} cm"
         if not self.when_arrested:
             return None

@@ -45,14 +45,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-FAST_PART = (3.0, 8.0)
-"""Stretch of the undeformed tube over which wave speeds are measured [cm]."""
-
-SMALLEST_WORK = 1.0
-"""Least work against which the balance of a run is measured [mN cm]: at rest there is nothing to compare with."""
-SMALLEST_FORCE = 1.0
-"""The same for the balance of axial momentum [mN]."""
-
 LARGEST_RESULT = 4_000_000_000
 """Bytes of a file without a manifest that are read."""
 
@@ -297,73 +289,3 @@ def json_ready(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
-
-
-def wave_speed(z: Floats, activation: Floats) -> float | None:
-    """Speed of the first wave [cm/s]: slope of place over activation time between 3 and 8 cm; None if none passed.
-
-    z: cells [cm], (n_z,); activation: first activation times [s], (n_z,), nan where there was none.
-    """
-    part = (z > FAST_PART[0]) & (z < FAST_PART[1])
-    if part.sum() < 3 or not np.isfinite(activation[part]).all():
-        return None
-    slowness = float(np.polyfit(z[part], activation[part], 1)[0])
-    return 1.0 / slowness if slowness != 0.0 else None
-
-
-def summarise(
-    configuration: Configuration,
-    arrays: Mapping[str, Floats],
-    status: str,
-    error: str | None,
-    transit: float | None,
-    absolute_work: float,
-    cost: Mapping[str, float],
-) -> dict[str, Any]:
-    """The numbers of --json from the recorded arrays; see docs/conventions for each of them."""
-    pellet = configuration.pellet.enabled
-    time = arrays["time_step"]
-    simulated = float(time[-1])
-    position = arrays["pellet_position"]
-    travel = float(position[-1] - position[0]) if pellet else None
-    until = transit if transit is not None else simulated
-    if pellet and transit is not None:
-        travel = float(np.interp(transit, time, position) - position[0])
-    speeds = {
-        layer: wave_speed(arrays["z_cell"], arrays[f"activation_{layer}"][:, 0])
-        for layer in ("longitudinal", "circular")
-    }
-    residual = float(np.abs(arrays["power_residual"]).max()) / max(absolute_work, SMALLEST_WORK)
-    axial = max(float(np.abs(arrays[name]).max()) for name in ("oral_reaction", "anal_reaction", "axial_force"))
-    momentum = arrays["momentum_residual"][np.isfinite(arrays["momentum_residual"])]
-
-    def peak(name: str) -> float | None:
-        return float(np.nanmax(np.abs(arrays[name]))) if pellet else None
-
-    summary = {
-        "scenario": configuration.scenario,
-        "reading": configuration.reading,
-        "status": status,
-        "error": error,
-        "transit_s": transit,
-        "start_cm": float(position[0]) if pellet else None,
-        "final_position_cm": float(position[-1]) if pellet else None,
-        "travel_cm": travel,
-        "mean_velocity_cm_s": travel / until if travel is not None and until > 0.0 else None,
-        "max_velocity_cm_s": float(arrays["pellet_velocity"].max()) if pellet else None,
-        "max_axial_force_mN": peak("axial_force"),
-        "max_normal_force_mN": peak("normal_force"),
-        "max_lumen_pressure_kPa": float(arrays["lumen_pressure"].max()),
-        "max_contact_pressure_kPa": peak("max_contact_pressure"),
-        "wave_speed_cm_s": speeds,
-        "min_diameter_cm": float(arrays["min_diameter"].min()),
-        "power_residual": residual,
-        "momentum_residual": float(np.abs(momentum).max(initial=0.0)) / max(axial, SMALLEST_FORCE),
-        "simulated_s": simulated,
-        "solver_wall_s": cost.get("solver_wall_s", 0.0),
-        "compile_wall_s": cost.get("compile_wall_s", 0.0),
-        "steps": int(time.size - 1),
-        "version": __version__,
-    }
-    cleaned: dict[str, Any] = json_ready(summary)
-    return cleaned

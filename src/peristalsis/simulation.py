@@ -22,6 +22,7 @@ from .config import FIELDS, Configuration
 from .environment import code_version
 from .errors import ConfigurationError, DivergenceError, InterruptedRun, shown, suggestion
 from .events import Event, EventRecorder
+from .findings import remarks_of_summary
 from .model.guards import advance_safely, violation
 from .model.initial import initial_state
 from .model.model import Model
@@ -44,7 +45,9 @@ from .packing import pack, packable, unpack
 from .paths import located
 from .protocols import changeable, values_at
 from .recording import chosen
-from .result import Result, summarise
+from .result import Result
+from .summary import summarise
+from .upstrokes import UpstrokeRecorder, wave_columns
 from .warm_up import warm_up
 
 
@@ -70,7 +73,8 @@ class Simulation:
         self.model, self.state, remarks = initial_state(build(configuration))
         if explicit:
             preflight.check_explicit_step(configuration, self.model, self.state)
-        self.remarks = [*preflight.remarks(configuration), *remarks]
+        at_start = preflight.remarks_of_start(configuration, self.state)
+        self.remarks = [*preflight.remarks(configuration), *remarks, *at_start]
         dt = self.model.dt_wall
         every = max(1, round(configuration.output.interval / dt))
         cell = self.model.grid.cell_size
@@ -80,6 +84,7 @@ class Simulation:
         self._fields = FieldRecorder(every, chosen(configuration.output.fields))
         self._probes = ProbeRecorder(cells)
         self._events = EventRecorder()
+        self._upstrokes = UpstrokeRecorder()
         self._expulsion = Expulsion(configuration.run.stop_when_expelled)
         run = configuration.run
         self._observers: list[Observer] = [
@@ -87,6 +92,7 @@ class Simulation:
             self._fields,
             self._probes,
             self._events,
+            self._upstrokes,
             self._expulsion,
             StopConditions(run.stop_position, run.stop_when_arrested),
             *observers,
@@ -255,9 +261,8 @@ class Simulation:
             reason = observer.see(self.model, before, after, report)
             if reason is not None and self.stopped is None:
                 self.stopped = reason
-                expelled = self._expulsion.time is not None and reason == "expelled"
-                when = self._expulsion.time if expelled and self._expulsion.time is not None else self.time
-                self._events.note(when, "expelled" if expelled else "stopped", self.state.pellet.position, reason)
+                if reason != self._expulsion.way:  # the end that it left by is an event already
+                    self._events.note(self.time, "stopped", self.state.pellet.position, reason)
 
     def result(self) -> Result:
         """The result so far."""
@@ -270,19 +275,20 @@ class Simulation:
             arrays,
             self._status(arrays),
             self.error,
-            self._expulsion.time,
+            self._expulsion,
             self._scalars.absolute_work,
             cost,
         )
-        return Result(self.configuration, summary, arrays, tuple(self.remarks))
+        remarks = (*self.remarks, *remarks_of_summary(self.configuration, summary, arrays))
+        return Result(self.configuration, summary, arrays, remarks)
 
     def _status(self, arrays: Mapping[str, Any]) -> str:
         if self.failure is not None:
             return self.failure.status
         if not self.configuration.pellet.enabled:
             return "finished"
-        if self._expulsion.time is not None:
-            return "expelled"
+        if self._expulsion.way is not None:
+            return self._expulsion.way
         time, position = arrays["time_step"], arrays["pellet_position"]
         if time[-1] < ARREST_WINDOW:
             return "in_transit"
@@ -306,6 +312,7 @@ class Simulation:
         arrays |= {name: np.stack(frames) for name, frames in self._fields.frames.items()}
         arrays |= self._scalars.columns()
         arrays |= self._probes.columns()
+        arrays |= wave_columns(self._upstrokes.waves(grid.cells))
         events = self.events()
         for output in EVENTS:
             found = [output.value(event) for event in events if output.value is not None]

@@ -148,7 +148,7 @@ def test_observers_of_plain_data_go_on(tmp_path: Path) -> None:
 def test_no_recorder_of_the_package_is_left_out() -> None:
     """One that could not be packed would begin anew unseen."""
     run = Simulation(coarse())
-    assert len(run._kept_observers()) == len(run._observers) == 6
+    assert len(run._kept_observers()) == len(run._observers) == 7
 
 
 def test_a_run_that_had_stopped_stays_stopped(tmp_path: Path) -> None:

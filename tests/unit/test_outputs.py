@@ -109,6 +109,7 @@ def test_every_scalar_is_what_its_name_says(pair: tuple[Model, State, State]) ->
     for name, value in expected.items():
         assert found[name] == pytest.approx(value, rel=3e-3, abs=1e-12), name
     assert not np.isclose(after.pellet.velocity, 0.0)
+    assert found.pop("end_reaction") == 0.0, "open ends; `test_ends` has a pellet that a closed one holds"
     for one, other in combinations(sorted(found), 2):
         assert found[one] != found[other], f"{one} and {other} cannot be told apart here"
 

@@ -32,6 +32,9 @@ def print_summary(result: Result, target: Path, pictures: tuple[str, ...], scree
     )
     if friction:
         screen.table(("friction of the pellet", "used", "in other units", "printed in the paper"), friction)
+    for layer, reason in (summary.get("wave_speed_reason") or {}).items():
+        if reason is not None:
+            screen.say(f"no wave speed, {layer} layer: {reason}")
     screen.say(f"saved in {spelled(target)}")
     if pictures:
         screen.say(f"pictures there: {', '.join(pictures)}; all others: peristalsis plot {spelled(target)}")
@@ -48,7 +51,7 @@ def number_text(value: float | None, unit: str, scale: float = 1.0) -> str:
 def _rows(result: Result) -> Iterator[tuple[str, str, str]]:
     for number in NUMBERS:
         value = value_of(result.summary, number)
-        if value is not None:
+        if value is not None and not (number.seldom and value == 0):
             yield number.label, number_text(value, number.unit), _other(value, number)
 
 

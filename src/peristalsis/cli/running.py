@@ -113,6 +113,8 @@ def _simulate(kept: KeptRun, screen: Screen) -> tuple[Result, Failure | None]:
         result = simulation.run()
         if simulation.failure is None:
             progress.done(result.status.replace("_", " "), float(result.summary["simulated_s"]))
+    for remark in result.remarks[len(simulation.remarks) :]:
+        screen.warn(remark)
     return result, simulation.failure
 
 

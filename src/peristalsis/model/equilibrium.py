@@ -25,7 +25,7 @@ from ..numerics.compiled import INDEX, compiled
 from ..numerics.reductions import dot, squares_and_largest
 from ..numerics.small import solve_small_in_place
 from ..pellet.contact import AUGMENTATION
-from ..pellet.friction import sliding_velocity
+from ..pellet.friction import held_by_ends, sliding_velocity
 from ..pellet.sphere import gap_and_normal
 from ..wall.assembly import (
     FORCE_R,
@@ -483,6 +483,9 @@ def solve_packed(
                 r_centre = (
                     scalars[1] - step.pellet_history - step.pellet_weight * (pellet.frame * wall_velocity + speed)
                 )
+                if held_by_ends(scalars[1] - r_centre, pellet.lowest, pellet.highest):
+                    r_centre = scalars[1] - min(max(scalars[1] - r_centre, pellet.lowest), pellet.highest)
+                    speed_slope = 0.0
             for error in (
                 abs(r_pressure) * wall.radius / TENSION_SCALE,
                 abs(r_force) / (circumference * TENSION_SCALE),

@@ -14,7 +14,7 @@ import numpy as np
 from ..geometry.tube import lumen_volume
 from ..numerics.compiled import compiled
 from ..numerics.transfer import Overlap, average
-from ..pellet.friction import FrictionLaw, dry_friction, sliding_velocity
+from ..pellet.friction import FrictionLaw, dry_friction, held_by_ends, sliding_velocity
 from ..pellet.penalty import penalty_contact
 from ..tissue.cells import plant
 from ..tissue.cells.plant import CellConstants
@@ -269,6 +269,10 @@ def march(
             if code != DONE:
                 return code, 0, made
             pellet[0] += 0.5 * dt * (velocity + pellet[1])
+            if held_by_ends(pellet[0], laws.pellet.lowest, laws.pellet.highest):
+                pellet[0] = min(max(pellet[0], laws.pellet.lowest), laws.pellet.highest)
+                pellet[1] = 0.0
+                pellet[4] = 0.0
             made += 1
         if substep < plan.substeps - 1:
             plant.relax_gates(

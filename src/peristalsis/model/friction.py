@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..pellet.friction import CONSTANT, friction_of_step, sliding_velocity
+from ..pellet.friction import CONSTANT, friction_of_step, pressed_on_end, sliding_velocity
 from .model import Model
 from .state import PelletState, WallState
 
@@ -23,7 +23,7 @@ def friction_ahead(model: Model, wall: WallState, pellet: PelletState) -> tuple[
         wall.contact,
         wall.position,
         pellet.position,
-        pellet.axial_force,
+        0.0 if rests_on_end(model, pellet) else pellet.axial_force,
         model.pellet.viscous,
         dry_friction_now(model, pellet),
         model.pellet.dry,
@@ -40,5 +40,23 @@ def dry_friction_now(model: Model, pellet: PelletState) -> float:
 
 
 def sliding_speed(model: Model, pellet: PelletState) -> float:
-    """Velocity of the pellet against the friction frame [cm/s]: exactly zero while it sticks."""
+    """Velocity of the pellet against the friction frame [cm/s]: exactly zero while it sticks, or rests on an end."""
+    if rests_on_end(model, pellet):
+        return 0.0
     return sliding_velocity(pellet.axial_force, model.pellet.viscous, dry_friction_now(model, pellet))[0]
+
+
+def rests_on_end(model: Model, pellet: PelletState) -> bool:
+    """Whether the wall presses the pellet onto a closed end of the segment, Eq. (60)."""
+    bounds = model.pellet
+    if bounds.lowest < pellet.position < bounds.highest:
+        return False
+    return bool(pressed_on_end(pellet.position, pellet.velocity, pellet.axial_force, bounds.lowest, bounds.highest))
+
+
+def end_reaction(model: Model, pellet: PelletState) -> float:
+    """Axial force of a closed end on the pellet [mN], positive towards the anal end: what friction leaves, Eq. (60)."""
+    if not rests_on_end(model, pellet):
+        return 0.0
+    drive = sliding_velocity(pellet.axial_force, model.pellet.viscous, dry_friction_now(model, pellet))[0]
+    return -model.pellet.viscous * drive if drive != 0.0 else 0.0

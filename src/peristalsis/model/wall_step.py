@@ -8,7 +8,7 @@ import numpy as np
 
 from ..numerics.compiled import compiled
 from ..pellet.contact import axial_force
-from ..pellet.friction import FrictionLaw, friction_of_step, sliding_velocity
+from ..pellet.friction import FrictionLaw, friction_of_step, held_by_ends, pressed_on_end, sliding_velocity
 from ..wall.assembly import HISTORY_HOOP, HISTORY_R, HISTORY_STRETCH, HISTORY_Z, set_drives
 from ..wall.membrane import element_stretch
 from .arrays import NewWall, WallArrays
@@ -60,11 +60,12 @@ def step_wall(
     wall = unpack_wall(wall_numbers)
     # Friction over the step, from the contact at its start, Eqs. (27), (50), (51).
     weight = np.empty((n, 1))
+    held = pressed_on_end(numbers[CENTRE], numbers[VELOCITY], numbers[FORCE], pellet.lowest, pellet.highest)
     dry = friction_of_step(
         before.contact,
         before.position,
         numbers[CENTRE],
-        numbers[FORCE],
+        0.0 if held else numbers[FORCE],
         pellet.viscous,
         numbers[DRY],
         pellet.dry,
@@ -259,3 +260,6 @@ def finish_step(
         carried += known[WEIGHT, i] * new_velocity[i, 0, 2]
     numbers[VELOCITY] = sliding + pellet.frame * carried
     numbers[CENTRE] = pellet_history + pellet_weight * numbers[VELOCITY]
+    if held_by_ends(numbers[CENTRE], pellet.lowest, pellet.highest):
+        numbers[CENTRE] = min(max(numbers[CENTRE], pellet.lowest), pellet.highest)
+        numbers[VELOCITY] = 0.0

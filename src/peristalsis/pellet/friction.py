@@ -38,6 +38,18 @@ def sliding_velocity(force: float, viscous: float, dry: float) -> tuple[float, f
 
 
 @compiled
+def held_by_ends(place: float, lowest: float, highest: float) -> bool:
+    """Whether the centre would be at or beyond a closed end of the segment, Eq. (60), which then holds the pellet."""
+    return place <= lowest or place >= highest
+
+
+@compiled
+def pressed_on_end(place: float, velocity: float, force: float, lowest: float, highest: float) -> bool:
+    """Whether a pellet at rest is pressed onto a closed end by an axial force [mN], Eq. (60)."""
+    return velocity == 0.0 and ((place <= lowest and force < 0.0) or (place >= highest and force > 0.0))
+
+
+@compiled
 def dry_friction(dry: float, law: FrictionLaw, pressing: float, stuck: bool) -> float:
     """Dry friction [mN] that must be overcome over a step, Eqs. (50) and (51).
 

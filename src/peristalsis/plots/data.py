@@ -119,6 +119,22 @@ def transit(result: Result) -> float | None:
     return None if found is None else float(found)
 
 
+def left(result: Result) -> tuple[float, str] | None:
+    """When the pellet left [s], and how in words; None if it did not."""
+    found = transit(result)
+    if found is not None:
+        return found, "expelled"
+    orally = result.summary.get("oral_exit_s")
+    return None if orally is None else (float(orally), "expelled orally")
+
+
+def beyond_ends(result: Result) -> tuple[float, float]:
+    """How far pellet or wall stand out over the oral and over the anal end at most [mm]."""
+    wall = result.summary.get("bulge_cm") or {}
+    oral = max(float(wall.get("oral") or 0.0), float(result.summary.get("beyond_oral_end_cm") or 0.0))
+    return 10.0 * oral, 10.0 * float(wall.get("anal") or 0.0)
+
+
 def laboratory_axis(result: Result, count: int | None = None) -> Floats:
     """Axial places fixed in space [mm], from the oral to the anal end; as many as the wall has nodes."""
     return np.linspace(0.0, length(result), values(result, "z").size if count is None else count)

@@ -58,6 +58,10 @@ _SETTINGS: dict[str, Any] = {
 }
 
 
+LEAST_BEYOND = 0.5
+"""What stands out over an end by less than this is not shown [mm]."""
+
+
 @contextmanager
 def applied() -> Iterator[None]:
     """The settings of this package, whatever those of the caller; the caller's come back afterwards."""
@@ -81,9 +85,9 @@ def canvas(result: Result, height: float, title: str) -> Canvas:
 def of_run(result: Result) -> str:
     """Scenario, reading and end of a run in a few words."""
     summary = result.summary
-    transit = data.transit(result)
-    if transit is not None:
-        ended = f"expelled at {transit:.2f} s"
+    left = data.left(result)
+    if left is not None:
+        ended = f"{left[1]} at {left[0]:.2f} s"
     else:
         ended = f"{result.status.replace('_', ' ')}, {data.values(result, 'time_step')[-1]:.3g} s"
     return f"{summary['scenario']}, reading {summary['reading']} ({ended})"
@@ -120,6 +124,32 @@ def axis_down(axes: Axes, result: Result, label: str = "axial position (mm)") ->
     axes.set_ylim(extent, 0.0)
     axes.set_yticks(*_ends(extent, "  "))
     axes.set_ylabel(label)
+
+
+def show_ends(axes: Axes, result: Result) -> None:
+    """On an axis that runs down: room for what stands out over the clamped ends, and lines at these; else nothing."""
+    extent, (oral, anal) = data.length(result), data.beyond_ends(result)
+    if max(oral, anal) < LEAST_BEYOND:
+        return
+    room = 0.07 * extent  # for the words
+    axes.set_ylim(extent + max(1.1 * anal, room), -max(1.1 * oral, room))
+    bulges = result.summary.get("bulge_cm") or {}
+    for name, place in (("oral", 0.0), ("anal", extent)):
+        axes.axhline(place, color="0.35", linewidth=1.2, label="_end")
+        bulge = 10.0 * float(bulges.get(name) or 0.0)
+        words = f"clamped {name} end" + (f"; wall bulges {bulge:.2g} mm" if bulge >= LEAST_BEYOND else "")
+        axes.annotate(
+            words,
+            (0.99, place),
+            xycoords=("axes fraction", "data"),
+            xytext=(0, 2 if name == "oral" else -2),
+            textcoords="offset points",
+            ha="right",
+            va="bottom" if name == "oral" else "top",
+            fontsize=8,
+            color="0.25",
+            path_effects=outlined("white", 2.0),
+        )
 
 
 def axis_right(axes: Axes, result: Result, label: str | None = "axial position (mm)") -> None:
@@ -204,13 +234,14 @@ def outlined(colour: str = "black", width: float = 3.0) -> list[Any]:
 
 def mark_expelled(axes: Axes, result: Result, text_top: float | None = None) -> None:
     """A vertical line where the pellet was expelled; a text downwards from `text_top` (share of the panel) says so."""
-    when = data.transit(result)
-    if when is None:
+    left = data.left(result)
+    if left is None:
         return
+    when, words = left
     axes.axvline(when, color=GREY, linewidth=1.0, linestyle=(0, (4, 2)), label="_expelled")
     if text_top is not None:
         axes.annotate(
-            f"expelled {when:.2f} s",
+            f"{words} {when:.2f} s",
             (when, text_top),
             xycoords=("data", "axes fraction"),
             xytext=(-3, 0),
