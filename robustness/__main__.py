@@ -23,7 +23,7 @@ def main(arguments: list[str] | None = None) -> int:
     if unknown:
         print(f"--groups {','.join(unknown)}: no such group; choose from {', '.join(groups())}", file=sys.stderr)
         return 2
-    plan = cases(count, asked.seed, asked.quick, wanted)
+    plan = [case for case in cases(count, asked.seed, asked.quick, wanted) if case.index >= asked.begin]
     if asked.show is not None:
         return _show(asked.show, cases(max(count, asked.show + 1), asked.seed, asked.quick))
     if asked.list:
@@ -40,6 +40,7 @@ def _parser() -> argparse.ArgumentParser:
         "--quick", action="store_true", help="few cases on coarse grids, for every day; writes no table"
     )
     parser.add_argument("--groups", help="only these, such as wall,lumen")
+    parser.add_argument("--begin", type=int, default=0, metavar="INDEX", help="leave out the cases before this one")
     parser.add_argument("--seed", type=int, default=SEED, help="another plan")
     parser.add_argument("--workers", type=int, default=1, help="processes at a time")
     parser.add_argument("--limit", type=float, default=300.0, help="processor seconds of a run")

@@ -45,7 +45,7 @@ def kind_of(row: Row) -> str:
         return str(outcome)
     if any(other == "finished" for other in row.get("other_ways", {}).values()):
         return "refused_wrongly" if outcome == "refused" else "broken_off"
-    if form_of_sentence(str(row["words"])):
+    if form_of_sentence(str(row["words"])) or in_vain(row):
         return "badly_said"
     return "refused_rightly" if outcome == "refused" else "ended_rightly"
 
@@ -64,12 +64,31 @@ def form_of_sentence(words: str) -> list[str]:
     return lacks
 
 
+TRIED = {
+    "grid.n_z": "grids x 2",
+    "grid.n_z_wall": "grids x 2",
+    "step.wall": "steps x 0.5",
+    "step.conduction": "steps x 0.5",
+    "solver.residual_tolerance": "tolerance x 100",
+}
+"""Parameters that other ways change: a sentence that blames these alone, where those did not help, blames wrongly."""
+
+
+def in_vain(row: Row) -> list[str]:
+    """Whether a sentence advises what was tried and did not help."""
+    named = set(_KEY.findall(str(row["words"])))
+    ways = row.get("other_ways", {})
+    if named and all(TRIED.get(key) in ways for key in named):
+        return [f"advises {', '.join(sorted(named))}, tried in vain"]
+    return []
+
+
 def complaints(row: Row) -> list[str]:
     """Everything that is wrong with a row; empty for one that is in order."""
     kind = kind_of(row)
     found = [] if kind in GOOD else [kind]
     if kind == "badly_said":
-        found += form_of_sentence(str(row["words"]))
+        found += [*form_of_sentence(str(row["words"])), *in_vain(row)]
     if row.get("warnings"):
         found.append(f"warnings of libraries: {row['warnings'][0][:80]}")
     if "summary" not in row:

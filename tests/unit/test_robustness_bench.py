@@ -45,7 +45,9 @@ def finished(**more: Any) -> dict[str, Any]:
 
 def refused(words: str, **more: Any) -> dict[str, Any]:
     row = {key: value for key, value in finished().items() if key not in ("summary", "status")}
-    return row | {"outcome": "refused", "stage": "start", "words": words, "other_ways": {"grids x 2": "refused"}} | more
+    return (
+        row | {"outcome": "refused", "stage": "start", "words": words, "other_ways": {"grids x 0.5": "refused"}} | more
+    )
 
 
 # --- plan -------------------------------------------------------------------------------------------
@@ -194,6 +196,9 @@ def test_classes_of_refusals() -> None:
     broken = {"outcome": "diverged", "stage": "run"}
     assert rules.kind_of(refused(GOOD_SENTENCE, **broken)) == "ended_rightly"
     assert rules.kind_of(refused(GOOD_SENTENCE, **broken, other_ways={"steps x 0.5": "finished"})) == "broken_off"
+    vain = refused("potential left its range; lower step.conduction", **broken, other_ways={"steps x 0.5": "diverged"})
+    assert rules.complaints(vain) == ["badly_said", "advises step.conduction, tried in vain"]
+    assert rules.complaints(vain | {"words": "left its range; lower step.conduction or trigger.intensity"}) == []
     assert rules.complaints(refused("", outcome="traceback")) == ["traceback"]
     assert rules.complaints(refused("", outcome="too_slow")) == ["too_slow"]
 
