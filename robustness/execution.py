@@ -127,6 +127,7 @@ MAY_BE_NAN = (
     "momentum_residual",
     "smallest_gap",
     "theta",
+    "wave_",
 )
 """Outputs that are nan where there is nothing to tell."""
 
