@@ -12,6 +12,9 @@ from .plan import COUNT, QUICK_COUNT, SEED, Case, cases, groups
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "evidence" / "robust.md"
 
+START = "20 ms"
+"""Duration of a case of which the start alone is asked."""
+
 
 def main(arguments: list[str] | None = None) -> int:
     """Run what is missing, write the page; 1 if any row is bad."""
@@ -24,6 +27,8 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"--groups {','.join(unknown)}: no such group; choose from {', '.join(groups())}", file=sys.stderr)
         return 2
     plan = [case for case in cases(count, asked.seed, asked.quick, wanted) if case.index >= asked.begin]
+    if asked.starts:
+        plan = [case.varied("start", {"run.duration": START}) for case in plan]
     if asked.show is not None:
         return _show(asked.show, cases(max(count, asked.show + 1), asked.seed, asked.quick))
     if asked.list:
@@ -39,6 +44,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--quick", action="store_true", help="few cases on coarse grids, for every day; writes no table"
     )
+    parser.add_argument("--starts", action="store_true", help=f"only the starts: {START} of every case")
     parser.add_argument("--groups", help="only these, such as wall,lumen")
     parser.add_argument("--begin", type=int, default=0, metavar="INDEX", help="leave out the cases before this one")
     parser.add_argument("--seed", type=int, default=SEED, help="another plan")
