@@ -48,8 +48,12 @@ demo: $(READY)
 	@echo "Pictures:"
 	@find out/baseline -type f \( -name '*.png' -o -name '*.gif' -o -name '*.mp4' \) | LC_ALL=C sort | sed 's/^/  /'
 
+# Two workers take the tests by turns. Kernels are compiled beforehand, or each of them would compile all of them.
+TEST_WORKERS ?= 2
+
 test: $(READY)
-	@$(BIN)/python -m pytest -q
+	@$(BIN)/python -m peristalsis.warm_up
+	@$(BIN)/python -m pytest -q -n $(TEST_WORKERS) --dist worksteal
 
 lint: $(READY)
 	$(BIN)/python -m ruff check .

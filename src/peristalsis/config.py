@@ -7,6 +7,7 @@ as text with a unit.  Whatever is wrong with the input becomes one Configuration
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import operator
@@ -25,6 +26,7 @@ from pydantic.fields import FieldInfo
 
 from peristalsis import units
 from peristalsis.consistency import check
+from peristalsis.disk import read_regular
 from peristalsis.errors import ConfigurationError, UnknownKeyError, shown, suggestion
 from peristalsis.parameters import PARAMETERS, READINGS, Parameter, Value, shipped
 from peristalsis.paths import beside_file, located
@@ -48,6 +50,8 @@ _LONG_KEY = re.compile(rf"(?:{_PART}[ \t]*+\.[ \t]*+){{16}}")
 
 WITHOUT_EFFECT = ("run.checkpoint",)
 """Parameters that change how a run is carried out and no number of it: they are not part of its digest."""
+ENDS = ("run.duration", "run.stop_when_expelled", "run.stop_when_arrested", "run.stop_position")
+"""Parameters that say when a run ends, and change nothing before."""
 
 _MODEL = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -479,9 +483,13 @@ class Configuration(BaseModel):
             lines += ["", "[[regions]]", *(f"{name} = {_toml(value)}" for name, value in region.table().items())]
         return "\n".join(lines) + "\n"
 
-    def digest(self) -> str:
-        """SHA-256 of the canonical JSON of `texts`, without what leaves the results as they are."""
-        texts = {key: text for key, text in self.texts().items() if key not in WITHOUT_EFFECT}
+    def digest(self, ends: bool = True) -> str:
+        """SHA-256 of the canonical JSON of `texts`, without what leaves the results as they are.
+
+        ends: False leaves out when the run ends: equal then are runs of which one is the beginning of the other.
+        """
+        without = WITHOUT_EFFECT if ends else (*WITHOUT_EFFECT, *ENDS)
+        texts = {key: text for key, text in self.texts().items() if key not in without}
         canonical = json.dumps(texts, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
         return hashlib.sha256(canonical.encode("ascii")).hexdigest()
 
@@ -557,15 +565,14 @@ def read_toml(source: str | PathLike[str], most: int = LARGEST_TEXT) -> dict[str
 
 def _read_file(path: Path, most: int) -> str:
     try:
-        with path.open("rb") as file:
-            content = file.read(most + 1)
+        content = read_regular(path, most, follow=True)
     except (OSError, ValueError) as error:
+        if isinstance(error, OSError) and error.errno == errno.EFBIG:
+            raise ConfigurationError(f"{shown(str(path))} is larger than {most} bytes; shorten it") from None
         cause = error.strerror if isinstance(error, OSError) else "it is not a path"
         raise ConfigurationError(
             f"{shown(str(path))} cannot be read: {cause}; check the name and the permissions"
         ) from None
-    if len(content) > most:
-        raise ConfigurationError(f"{shown(str(path))} is larger than {most} bytes; shorten it")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:

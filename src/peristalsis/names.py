@@ -325,6 +325,9 @@ WAVES = (
     ),
 )
 
+CERTAIN = "certain"
+"""Where a summary holds what `--certain` found; no number of the run itself, so no fingerprint sees it."""
+
 OUTPUTS = {output.name: output for output in (*COORDINATES, *FIELDS, *ACTIVATION, *SCALARS, *PROBES, *EVENTS, *WAVES)}
 
 HOMES = {STEP: SCALARS, PROBE: PROBES, WALL: FIELDS, CELLS: FIELDS}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -23,6 +25,10 @@ Floats = NDArray[np.float64]
 ARREST_WINDOW = 1.0
 ARREST_TRAVEL = 0.01
 """A pellet is arrested when it moved less than 0.01 cm over the last second (0.1 mm/s), so never earlier."""
+
+
+REACHED, AT_REST = "the pellet has reached", "the pellet has come to rest"
+"""Why a run is stopped, or how the reason begins."""
 
 
 class Observer(Protocol):
@@ -87,6 +93,11 @@ class ScalarRecorder:
     def _record(self, now: StepMoment) -> None:
         self.rows.append(tuple(map(float, read_off(self.names, now))))
 
+    def take_back(self, arrays: Mapping[str, Floats]) -> None:
+        """Hold again the columns of a run that is stored."""
+        table = np.column_stack([arrays[name] for name in self.names])
+        self.rows = [tuple(row) for row in table.tolist()]
+
 
 @dataclass
 class FieldRecorder:
@@ -107,10 +118,22 @@ class FieldRecorder:
             self._record(model, after)
         return None
 
-    def finish(self, model: Model, state: State) -> None:
-        """Record the last state if it is not yet there."""
-        if self.steps[-1] != state.step:
-            self._record(model, state)
+    def recorded(self, model: Model, state: State | None) -> tuple[list[int], dict[str, list[Floats]]]:
+        """Steps and frames so far, with that of the last state if it is given and not yet there.
+
+        That frame is not kept: a run that goes on has none that another one would not have.
+        """
+        if state is None or self.steps[-1] == state.step:
+            return self.steps, self.frames
+        ended = FieldRecorder(self.every, self.names, list(self.steps), {n: list(f) for n, f in self.frames.items()})
+        ended._record(model, state)
+        return ended.steps, ended.frames
+
+    def take_back(self, steps: Sequence[int], arrays: Mapping[str, Floats]) -> None:
+        """Hold again what was recorded by a run that is stored; a frame of its end alone is left out."""
+        count = len(steps) - (steps[-1] % self.every != 0)
+        self.steps = [int(step) for step in steps[:count]]
+        self.frames = {name: list(arrays[name][:count]) for name in self.names}
 
     def _record(self, model: Model, state: State) -> None:
         self.steps.append(state.step)
@@ -143,6 +166,10 @@ class ProbeRecorder:
 
     def _record(self, model: Model, state: State) -> None:
         self.rows.append(np.array(read_off(self.names, Moment(model, state, self.cells)), dtype=np.float64))
+
+    def take_back(self, arrays: Mapping[str, Floats]) -> None:
+        """Hold again the columns of a run that is stored."""
+        self.rows = list(np.stack([arrays[name] for name in self.names], axis=1))
 
 
 @dataclass
@@ -193,17 +220,29 @@ class StopConditions:
         """Whether to stop now."""
         if not model.pellet.present:
             return None
-        place = after.pellet.position
-        if before.pellet.position < self.position <= place or place <= self.position < before.pellet.position:
-            return f"the pellet has reached {self.position:g} cm"
+        return self.met(model.dt_wall, before.pellet.position, after.pellet.position)
+
+    def met(self, step: float, before: float, place: float) -> str | None:
+        """Whether to stop after a step [s] that brought the pellet from one place [cm] to another."""
+        if before < self.position <= place or place <= self.position < before:
+            return f"{REACHED} {self.position:g} cm"
         if not self.when_arrested:
             return None
         self._track.append(place)
-        window = round(ARREST_WINDOW / model.dt_wall)
+        window = round(ARREST_WINDOW / step)
         if len(self._track) <= window or abs(self._track[-1 - window] - self._track[0]) < ARREST_TRAVEL:
             return None
         rested = abs(place - self._track[-1 - window]) < ARREST_TRAVEL
-        return "the pellet has come to rest" if rested else None
+        return AT_REST if rested else None
+
+    def replayed(self, step: float, track: Sequence[float]) -> tuple[int, str] | None:
+        """The first step of a recorded track [cm] at which to stop, and why; None if there is none."""
+        self._track = [track[0]]
+        for number, (before, place) in enumerate(pairwise(track), start=1):
+            reason = self.met(step, before, place)
+            if reason is not None:
+                return number, reason
+        return None
 
 
 @dataclass

@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import bisect
 import csv
+import errno
+import io
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -20,6 +22,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from . import units
+from .disk import read_regular
 from .errors import ConfigurationError, shown, suggestion
 from .paths import located
 
@@ -147,11 +150,11 @@ def _value(text: str, unit: str, key: str) -> float:
 
 def _read_table(path: Path, key: str, unit: str) -> list[tuple[float, float]]:
     try:
-        if path.stat().st_size > LARGEST_TABLE:
-            raise ConfigurationError(f"{shown(str(path))} is larger than {LARGEST_TABLE} bytes; thin it out")
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        text = read_regular(path, LARGEST_TABLE, follow=True).decode("utf-8-sig")
+        rows = [row for row in csv.reader(io.StringIO(text, newline="")) if any(cell.strip() for cell in row)]
+    except (OSError, ValueError, csv.Error) as error:
+        if isinstance(error, OSError) and error.errno == errno.EFBIG:
+            raise ConfigurationError(f"{shown(str(path))} is larger than {LARGEST_TABLE} bytes; thin it out") from None
         cause = error.strerror if isinstance(error, OSError) else str(error)
         raise ConfigurationError(f"{shown(str(path))} cannot be read: {cause}; check the file of {key}") from None
     if len(rows) < 2 or any(len(row) != 2 for row in rows):

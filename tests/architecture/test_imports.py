@@ -22,13 +22,25 @@ ALLOWED = {
     "units": {"units", "errors"},
     "errors": {"errors"},
     "parameters": {"parameters", "units", "errors"},
+    "disk": {"disk", "errors"},
     "paths": {"paths", "errors"},
-    "protocols": {"protocols", "paths", "units", "errors"},
-    "regions": {"regions", "paths", "units", "errors"},
+    "protocols": {"protocols", "disk", "paths", "units", "errors"},
+    "regions": {"regions", "disk", "paths", "units", "errors"},
     "names": {"names"},
     "recording": {"recording", "names"},
     "consistency": {"consistency", "config", "parameters", "recording", "regions", "units", "errors"},
-    "config": {"config", "consistency", "paths", "protocols", "recording", "regions", "parameters", "units", "errors"},
+    "config": {
+        "config",
+        "consistency",
+        "disk",
+        "paths",
+        "protocols",
+        "recording",
+        "regions",
+        "parameters",
+        "units",
+        "errors",
+    },
 }
 """What each layer may import of the package; layers that are not named lie above all of these."""
 

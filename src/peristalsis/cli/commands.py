@@ -31,6 +31,7 @@ EXAMPLES = {
         "--set grid.n_z_wall=100 --out out/explicit",
         "peristalsis run --config my.toml --out out/mine --json",
         "peristalsis run --config my.toml --out out/mine --resume",
+        "peristalsis run baseline --set 'run.duration=1 s' --certain --out out/sure",
     ),
     "list": ("peristalsis list", "peristalsis list --json"),
     "show": (
@@ -147,6 +148,16 @@ def run_(
             "--set solver.integrator=...",
         ),
     ] = None,
+    certain: Annotated[
+        bool,
+        typer.Option(
+            "--certain",
+            help="Run the doubled grid and the halved steps too, and say whether they agree; five times the cost.",
+        ),
+    ] = False,
+    workers: Annotated[
+        int, typer.Option("--workers", metavar="N", help="Processes for the two runs of --certain: 1 or 2.")
+    ] = 1,
     as_json: Json = False,
     no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")] = False,
 ) -> Job:
@@ -159,7 +170,7 @@ def run_(
     from .running import Order, run
 
     described = Input(name, reading, settings or (), config, integrator)
-    order = Order(described, out, overwrite, not no_plots, resume)
+    order = Order(described, out, overwrite, not no_plots, resume, certain, workers)
     return Job(lambda screen: run(order, screen), name)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -32,7 +33,7 @@ def plot(folder: str, names: Sequence[str], formats: Sequence[str], out: str | N
                 f"--format {shown(name)}: not one of {', '.join(FORMATS)}; {suggestion(name, FORMATS)}"
             )
     result = _load(folder, screen)
-    target = located(folder if out is None else out)
+    target = _home(folder) if out is None else located(out)
     chosen = list(dict.fromkeys(names)) or None
     plots = result.plot
     files = _written(target, lambda: plots.save(target, chosen, formats=tuple(dict.fromkeys(formats)) or ("png",)))
@@ -43,12 +44,12 @@ def plot(folder: str, names: Sequence[str], formats: Sequence[str], out: str | N
 
 def film(folder: str, out: str | None, overwrite: bool, screen: Screen, frames: int = 100, rate: int = 20) -> int:
     """Write a film of a stored run."""
-    target = located(folder) / "film.gif" if out is None else located(out)
+    target = _home(folder) / "film.gif" if out is None else located(out)
     if target.suffix.lower() not in FILMS:
         raise ConfigurationError(f"--out {shown(str(target))}: a film ends in {' or '.join(FILMS)}; rename it")
     result = _load(folder, screen)
-    _refuse_existing(target, overwrite or out is None)
-    _written(target, lambda: result.plot.film(target, frames, rate))
+    with _taken(target, overwrite or out is None):
+        _written(target, lambda: result.plot.film(target, frames, rate))
     return _say_written([target], screen)
 
 
@@ -58,15 +59,15 @@ def scene(
     """Draw a stored run in space."""
     from ..units import parse
 
-    target = located(folder) / "scene.png" if out is None else located(out)
+    target = _home(folder) / "scene.png" if out is None else located(out)
     if target.suffix.lower() not in SCENES:
         raise ConfigurationError(f"--out {shown(str(target))}: a scene ends in {', '.join(SCENES)}; rename it")
     seconds = None if time is None else parse(time, "s", "--time")
     if seconds is not None and target.suffix.lower() != ".png":
         raise ConfigurationError(f"--time {shown(time)}: a film shows all times; leave it out, or name a .png")
     result = _load(folder, screen)
-    _refuse_existing(target, overwrite or out is None)
-    _written(target, lambda: result.plot.scene(target, time=seconds, colour=colour, rate=rate))
+    with _taken(target, overwrite or out is None):
+        _written(target, lambda: result.plot.scene(target, time=seconds, colour=colour, rate=rate))
     return _say_written([target], screen)
 
 
@@ -91,8 +92,7 @@ def export(
 
     seconds = None if every is None else parse(every, "s", "--every")
     result = _load(folder, screen)
-    target = located(folder) / kind if out is None else located(out)
-    _refuse_existing(target, overwrite or out is None)
+    target = _home(folder) / kind if out is None else located(out)
     from ..plots.export import export_csv, export_vtk
 
     def write() -> list[Path]:
@@ -100,7 +100,9 @@ def export(
             return export_vtk(result, target)
         return export_csv(result, target, seconds, tuple(dict.fromkeys(fields)), compress)
 
-    return _say_written(sorted(_written(target, write)), screen)
+    with _taken(target, overwrite or out is None):
+        files = sorted(_written(target, write))
+    return _say_written(files, screen)
 
 
 def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Screen) -> int:
@@ -141,7 +143,8 @@ def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Sc
         "changed": changed,
     }
     if target is not None:
-        content |= _write_comparison(comparing.draw, runs, target, content, screen)
+        with _taken(target, overwrite):
+            content |= _write_comparison(comparing.draw, runs, target, content, screen)
     screen.answer(content)
     return 0
 
@@ -175,6 +178,11 @@ def _write_comparison(
     return {"pictures": [str(file) for file in files]}
 
 
+def _home(folder: str) -> Path:
+    """The folder of a stored run that is named by its folder or by its file."""
+    return Path(folder).parent if Path(folder).is_file() else Path(folder)
+
+
 def _load(folder: str, screen: Screen) -> Result:
     from ..result import load
 
@@ -189,6 +197,20 @@ def _load(folder: str, screen: Screen) -> Result:
 def _refuse_existing(target: Path, overwrite: bool) -> None:
     if target.exists() and not overwrite:
         raise WriteError(f"{shown(str(target))} exists; choose another name with --out, or say --overwrite")
+
+
+@contextmanager
+def _taken(target: Path, overwrite: bool) -> Iterator[None]:
+    """The name of what is to be written, for this process alone; refused where it is taken or may not be replaced."""
+    from ..locks import Claim
+
+    _refuse_existing(target, overwrite)
+    claim = Claim(target)
+    try:
+        _refuse_existing(target, overwrite)  # again: who had the name may have written it since
+        yield
+    finally:
+        claim.release()
 
 
 def _written(target: Path, write: Callable[[], Done]) -> Done:

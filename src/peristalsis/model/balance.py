@@ -14,12 +14,15 @@ from .bookkeeping import WallWork, wall_work
 from .constants import packed
 from .explicit_step import contact_energy, explicit_acceleration
 from .fields import end_reactions
-from .friction import dry_friction_now, friction_ahead, sliding_speed
+from .friction import dry_friction_now, sliding_speed, tangential_friction_ahead
 from .model import Model
 from .state import State
 from .surface_balance import surface_wall_work, volume_of
 
 Floats = NDArray[np.float64]
+
+NEAR_ONE = 1e-3
+"""Distance of the adiabatic exponent from 1 below which the energy of the gas is computed without cancellation."""
 
 
 class Work(NamedTuple):
@@ -97,16 +100,16 @@ def _lost_pellet(model: Model, before: State, after: State) -> float:
     power = _friction_power(model, before) + _friction_power(model, after)
     if model.pellet.tangential and model.pellet.frame > 0.0 and model.pellet.present:
         # A reaction along the meridian also works on the wall across the axis: it slips faster than along it.
-        _, weight = friction_ahead(model, before.wall, before.pellet)
-        power += sum(_power_across(model, state, weight) for state in (before, after))
+        tangent = tangential_friction_ahead(model, before.wall, before.pellet)
+        power += sum(_power_across(model, state, tangent) for state in (before, after))
     return 0.5 * model.dt_wall * power
 
 
-def _power_across(model: Model, state: State, weight: Floats) -> float:
+def _power_across(model: Model, state: State, tangent: Floats) -> float:
     """Power lost in friction by slip across the axis [mN cm/s], Eq. (51)."""
     wall, pellet = state.wall, state.pellet
     rho, axial = wall.position[:, :, 0], wall.position[:, :, 2] - pellet.position
-    return model.pellet.frame * pellet.axial_force * float((weight * axial / rho * wall.velocity[:, :, 0]).sum())
+    return model.pellet.frame * pellet.axial_force * float((tangent * axial / rho * wall.velocity[:, :, 0]).sum())
 
 
 class Momentum(NamedTuple):
@@ -159,8 +162,9 @@ def _gas_energy(model: Model, volume: float) -> float:
     lumen = model.lumen
     ratio = lumen.reference_volume / volume
     scale = lumen.pressure * lumen.reference_volume
-    if abs(lumen.exponent - 1.0) < 1e-12:
-        return scale * math.log(ratio)
+    above = lumen.exponent - 1.0
+    if abs(above) < NEAR_ONE:  # the difference below would cancel
+        return scale * (math.expm1(above * math.log(ratio)) / above if above != 0.0 else math.log(ratio))
     return scale * (ratio ** (lumen.exponent - 1.0) - 1.0) / (lumen.exponent - 1.0)
 
 

@@ -21,7 +21,7 @@ from ..wall.passive import PassiveConstants
 class PelletConstants(NamedTuple):
     """Pellet and friction: cm, mN, s. `frame` w is 0 for friction at rest, 1 against the moving wall, Eq. (27).
 
-    tangential: the reaction on the wall lies in its tangent plane, as that of Eq. (51) does; else it is axial.
+    tangential: a part of the reaction on the wall lies in its tangent plane, that of Eq. (51); else all of it is axial.
     lowest, highest: between which the centre stays [cm], Eq. (60); infinite where the segment's end is open.
     """
 

@@ -92,9 +92,10 @@ LOCAL_GOAL = 0.003
 """The stretch is left when its residual fell to this share."""
 LOCAL_WORTH = 0.1
 """Largest residual below which the iteration over all unknowns needs no help."""
-KNOWN = KNOWN_ROWS + 3
-VELOCITY_R, VELOCITY_Z, WEIGHT = range(KNOWN_ROWS, KNOWN)
-"""Rows of `known` beyond those of the wall: histories of the velocities [cm/s] (inertia), shares of the friction."""
+KNOWN = KNOWN_ROWS + 4
+VELOCITY_R, VELOCITY_Z, WEIGHT, TANGENT = range(KNOWN_ROWS, KNOWN)
+"""Rows of `known` beyond those of the wall: histories of the velocities [cm/s] (inertia), shares of the friction, and
+what of these lies along the meridian."""
 GAP, NORMAL_R, NORMAL_Z, TOUCHES = range(WALL_ROWS, WALL_ROWS + 4)
 CHANGE_R, CHANGE_Z, CHANGE_Q, KEPT_R, KEPT_Z, KEPT_Q = range(WALL_ROWS + 4, WALL_ROWS + 10)
 LOCAL_R, LOCAL_Z, LOCAL_Q = range(WALL_ROWS + 10, WALL_ROWS + 13)
@@ -153,7 +154,7 @@ def _forces(
             work[TOUCHES, i] = 0.0
             work[FORCE_Z, i] -= reaction * known[WEIGHT, i]
             if pellet.tangential:
-                work[FORCE_R, i] += reaction * known[WEIGHT, i] * axial / rho[i]
+                work[FORCE_R, i] += reaction * known[TANGENT, i] * axial / rho[i]
             if density[i] == 0.0 and abs(axial) > pellet.radius:
                 continue
             gap, normal_r, normal_z, _ = gap_and_normal(rho[i], axial, pellet.radius)
@@ -241,7 +242,7 @@ def _linearise(
             system[RIGHT + 7, i] = -pellet.frame * known[WEIGHT, i] / circumference
     if pellet.tangential:
         for i in range(first, high):
-            pull = pellet.frame * known[WEIGHT, i] / (circumference * rho[i])
+            pull = pellet.frame * known[TANGENT, i] / (circumference * rho[i])
             axial = zeta[i] - scalars[1]
             system[DIAGONAL, i] -= pull * scalars[2] * axial / rho[i]
             system[DIAGONAL + 1, i] += pull * scalars[2]
@@ -657,6 +658,7 @@ def solve_equilibrium(
     known[HISTORY_STRETCH, :-1] = stretch_history
     known[HISTORY_HOOP] = hoop_history
     known[WEIGHT] = friction_weight
+    known[TANGENT] = friction_weight  # looked at where the reaction is tangential, and then all of it is
     set_drives(drive_longitudinal, drive_circular, known)
     settings = np.array([*step, tolerance, gap_tolerance, max_iterations], dtype=np.float64)
     # The copy can be written to, as the pellet's numbers in `wall_step.step_wall`: one compiled variant does for both.

@@ -17,7 +17,17 @@ def friction_ahead(model: Model, wall: WallState, pellet: PelletState) -> tuple[
 
     The shares, (n_z_wall + 1, n_theta), sum to one, or vanish without contact.
     """
-    weight = np.empty_like(wall.contact)
+    dry, weight, _ = _friction_ahead(model, wall, pellet)
+    return dry, weight
+
+
+def tangential_friction_ahead(model: Model, wall: WallState, pellet: PelletState) -> Floats:
+    """What of the shares of `friction_ahead` lies along the meridian, Eq. (51); the rest is axial."""
+    return _friction_ahead(model, wall, pellet)[2]
+
+
+def _friction_ahead(model: Model, wall: WallState, pellet: PelletState) -> tuple[float, Floats, Floats]:
+    weight, tangent = np.empty_like(wall.contact), np.empty_like(wall.contact)
     area = 2.0 * np.pi * model.wall.radius * model.wall.element_size / model.grid.n_theta
     dry = friction_of_step(
         wall.contact,
@@ -30,8 +40,9 @@ def friction_ahead(model: Model, wall: WallState, pellet: PelletState) -> tuple[
         model.friction,
         area,
         weight,
+        tangent,
     )
-    return dry, weight
+    return dry, weight, tangent
 
 
 def dry_friction_now(model: Model, pellet: PelletState) -> float:

@@ -13,7 +13,7 @@ from ..wall.assembly import HISTORY_HOOP, HISTORY_R, HISTORY_STRETCH, HISTORY_Z,
 from ..wall.membrane import element_stretch
 from .arrays import NewWall, WallArrays
 from .constants import PELLET_DRY, unpack_pellet, unpack_wall
-from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, ROUNDED, VELOCITY_R, WEIGHT, solve_packed
+from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, ROUNDED, TANGENT, VELOCITY_R, WEIGHT, solve_packed
 from .predictor import fit_lengths
 
 PRESSURE, CENTRE, VELOCITY, FORCE, DRY = range(5)
@@ -59,7 +59,7 @@ def step_wall(
     pellet = unpack_pellet(pellet_numbers)
     wall = unpack_wall(wall_numbers)
     # Friction over the step, from the contact at its start, Eqs. (27), (50), (51).
-    weight = np.empty((n, 1))
+    weight, tangent = np.empty((n, 1)), np.empty((n, 1))
     held = pressed_on_end(numbers[CENTRE], numbers[VELOCITY], numbers[FORCE], pellet.lowest, pellet.highest)
     dry = friction_of_step(
         before.contact,
@@ -72,6 +72,7 @@ def step_wall(
         r.friction,
         2.0 * np.pi * wall.radius * wall.element_size,
         weight,
+        tangent,
     )
     own_numbers = pellet_numbers.copy()
     own_numbers[PELLET_DRY] = dry
@@ -97,6 +98,7 @@ def step_wall(
         r.inverse,
         centre,
         weight,
+        tangent,
         wall_numbers,
         own_numbers,
         rho,
@@ -156,6 +158,7 @@ def prepare_step(
     inverse: float,
     centre: float,
     weight: np.ndarray,
+    tangent: np.ndarray,
     wall_numbers: np.ndarray,
     pellet_numbers: np.ndarray,
     rho: np.ndarray,
@@ -166,8 +169,8 @@ def prepare_step(
     """What `solve_packed` needs for a step dt [s] from a `WallState` of one column: guess, densities, `known`.
 
     Shapes are those of `WallState`; rho, zeta, density (n,) and known (KNOWN, n) are written. older, inverse: of the
-    `RateFormula`. centre: of the pellet at the end of the step [cm], extrapolated. weight: shares of the nodes in the
-    friction, (n, 1). False if the state is out of range.
+    `RateFormula`. centre: of the pellet at the end of the step [cm], extrapolated. weight, tangent: shares of the
+    nodes in the friction, (n, 1), and what of them lies along the meridian. False if the state is out of range.
     """
     wall, pellet = unpack_wall(wall_numbers), unpack_pellet(pellet_numbers)
     n = position.shape[0]
@@ -198,6 +201,7 @@ def prepare_step(
         known[HISTORY_HOOP, i] = known[HISTORY_R, i] / wall.radius
         density[i] = contact[i, 0]
         known[WEIGHT, i] = weight[i, 0]
+        known[TANGENT, i] = tangent[i, 0]
     set_drives(drive[0, :, 0].copy(), drive[1, :, 0].copy(), known)
     if step_before > 0.0:
         radius = pellet.radius if pellet.present else 0.0

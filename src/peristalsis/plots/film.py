@@ -52,7 +52,7 @@ def require(target: Path) -> None:
     if target.suffix.lower() == ".mp4" and ffmpeg() is None:
         raise ConfigurationError(
             f"film {shown(target.name)}: an MP4 needs ffmpeg, which is not here; install ffmpeg or "
-            "'pip install peristalsis[movie]', or name a .gif, which needs nothing"
+            "'pip install imageio-ffmpeg', or name a .gif, which needs nothing"
         )
 
 

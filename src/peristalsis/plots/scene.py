@@ -75,7 +75,7 @@ def problem() -> str | None:
         return None
     lines = [line.strip() for line in done.stderr.splitlines() if line.strip()]
     if any("No module named" in line for line in lines):
-        return "the library pyvista is not installed; run 'pip install peristalsis[surface]'"
+        return "the library pyvista is not installed; run 'pip install pyvista'"
     if done.returncode == 3:
         return "the graphics library draws an empty picture here; use the VTK export and ParaView instead"
     cause = f"signal {-done.returncode}" if done.returncode < 0 else (lines or ["no reason given"])[-1][:120]

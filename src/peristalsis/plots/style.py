@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import ConfigurationError, shown
 from . import data
 from .data import Floats
 from .placing import whole
@@ -64,8 +66,19 @@ LEAST_BEYOND = 0.5
 
 @contextmanager
 def applied() -> Iterator[None]:
-    """The settings of this package, whatever those of the caller; the caller's come back afterwards."""
-    import matplotlib
+    """The settings of this package, whatever those of the caller; the caller's come back afterwards.
+
+    Raises ConfigurationError where the environment keeps matplotlib from being imported.
+    """
+    try:
+        import matplotlib
+    except ValueError:
+        named = os.environ.get("MPLBACKEND")
+        if not named:
+            raise
+        raise ConfigurationError(
+            f"MPLBACKEND = {shown(named)} is no backend of matplotlib; unset it, or set it to agg"
+        ) from None
 
     base = {key: value for key, value in matplotlib.rcParamsDefault.items() if not key.startswith("backend")}
     with matplotlib.rc_context({**base, **_SETTINGS}):
