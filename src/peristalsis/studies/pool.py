@@ -103,7 +103,7 @@ def _without_main() -> Iterator[None]:
     """While this lasts, processes that are started do not learn from which file this program came."""
     with _STARTING:
         main = vars(sys.modules[MAIN])
-        kept = {name: main[name] for name in ("__file__", "__spec__") if name in main}
+        kept: dict[str, Any] = {name: main[name] for name in ("__file__", "__spec__") if name in main}
         main.pop("__file__", None)
         main["__spec__"] = None
         try:
