@@ -207,7 +207,8 @@ def batches(kills: int, work: Path, chance: random.Random) -> tuple[str, bool]:
 
 def pairs(count: int, work: Path) -> tuple[str, bool]:
     """Two runs of different length into one folder at the same moment, again and again: one is refused, none lost."""
-    changes = [word for key, value in COARSE.items() if key != "run.duration" for word in ("--set", f"{key}={value}")]
+    coarse = {key: value for key, value in COARSE.items() if key != "run.duration"}
+    changes = [word for key, value in coarse.items() for word in ("--set", f"{key}={value}")]
     seen: Counter[str] = Counter()
     well = True
     for number in range(count):
@@ -228,7 +229,8 @@ def pairs(count: int, work: Path) -> tuple[str, bool]:
     text = "## Two processes, one folder\n\n"
     text += f"{count} times, two runs of different length were begun at once in one folder.\n\n"
     text += table(("how they ended", "times"), sorted(seen.items()))
-    text += f"\nEvery result that was said to be written stands, or was overwritten as asked: **{'yes' if well else 'no'}**.\n"
+    answer = "yes" if well else "no"
+    text += f"\nEvery result that was said to be written stands, or was overwritten as asked: **{answer}**.\n"
     return text, well
 
 

@@ -208,12 +208,13 @@ class Simulation:
         """The checkpoint of a run that is stored, without what its result holds: a longer run goes on from it."""
         parts = self._parts()
         for name, (observer, hint) in parts.items():
-            if isinstance(observer, ScalarRecorder):
-                parts[name] = (replace(observer, rows=[]), hint)
-            elif isinstance(observer, ProbeRecorder):
-                parts[name] = (replace(observer, rows=[]), hint)
-            elif isinstance(observer, FieldRecorder):
-                parts[name] = (replace(observer, steps=[], frames={}), hint)
+            match observer:
+                case ScalarRecorder():
+                    parts[name] = (replace(observer, rows=[]), hint)
+                case ProbeRecorder():
+                    parts[name] = (replace(observer, rows=[]), hint)
+                case FieldRecorder():
+                    parts[name] = (replace(observer, steps=[], frames={}), hint)
         return pack(parts)
 
     def restore(self, found: Found) -> None:

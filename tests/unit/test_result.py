@@ -39,7 +39,7 @@ def test_dataset_carries_units_dimensions_and_origin(result: Result) -> None:
     """Every output as it is named once, and the configuration that made it."""
     dataset = result.dataset
     for name in result.arrays:
-        assert dataset[name].attrs["units"] == OUTPUTS[name].unit
+        assert dataset[name].attrs.get("units", "") == OUTPUTS[name].unit
         assert dataset[name].dims == OUTPUTS[name].dimensions
     assert dataset.attrs["configuration"] == result.configuration.to_toml()
     assert dataset.attrs["configuration_digest"] == result.configuration.digest()
