@@ -253,7 +253,8 @@ def trial() -> int:
         else "**Something was lost.**"
     )
     load = f"Load of the machine towards the end: {os.getloadavg()[2]:.0f} on {os.cpu_count()} cores."
-    text = f"# Survival\n\nMade by `python evidence/survival.py`. {verdict} {load}\n\n{about_runs}\n{about_batches}\n{about_pairs}"
+    pages = "\n".join((about_runs, about_batches, about_pairs))
+    text = f"# Survival\n\nMade by `python evidence/survival.py`. {verdict} {load}\n\n{pages}"
     save_text("survival.md", text)
     return 0 if runs_well and batches_well and pairs_well else 1
 
