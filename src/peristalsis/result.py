@@ -156,6 +156,8 @@ class Result:
         for name, values in self.arrays.items():
             output = self.foreign[name] if name in self.foreign else OUTPUTS[name]
             attributes = {"units": output.unit, "long_name": output.long_name}
+            if not output.unit:  # of words
+                del attributes["units"]
             variables[name] = (output.dimensions, values, attributes)
         data = {name: value for name, value in variables.items() if name not in coordinates}
         coords = {name: value for name, value in variables.items() if name in coordinates}

@@ -136,7 +136,11 @@ class Simulation:
         tables.hold_all(unpack(found.content, {"tables": dict[str, np.ndarray]})["tables"])
         configuration = Configuration.from_toml(found.head.configuration)
         if changes is not None:
-            configuration = configuration.with_changes(changes)
+            begun, configuration = configuration, configuration.with_changes(changes)
+            if begun.digest(ends=False) != configuration.digest(ends=False):
+                raise ConfigurationError(
+                    f"a run that is under way is not made another one: only {', '.join(ENDS)} can change; run it anew"
+                )
         simulation = cls(configuration, observers, progress)
         simulation.restore(found)
         return simulation
@@ -234,10 +238,13 @@ class Simulation:
         """The checkpoint of a run that is stored, without what its result holds: a longer run goes on from it."""
         parts = self._parts()
         for name, (observer, hint) in parts.items():
-            if isinstance(observer, ScalarRecorder | ProbeRecorder):
-                parts[name] = (replace(observer, rows=[]), hint)
-            elif isinstance(observer, FieldRecorder):
-                parts[name] = (replace(observer, steps=[], frames={}), hint)
+            match observer:
+                case ScalarRecorder():
+                    parts[name] = (replace(observer, rows=[]), hint)
+                case ProbeRecorder():
+                    parts[name] = (replace(observer, rows=[]), hint)
+                case FieldRecorder():
+                    parts[name] = (replace(observer, steps=[], frames={}), hint)
         return pack(parts)
 
     def restore(self, found: Found) -> None:

@@ -51,8 +51,8 @@ def no_space(*_: object, **__: object) -> None:
 
 
 def contents(folder: Path) -> set[str]:
-    """Names in a folder, the hidden ones as well."""
-    return {path.name for path in folder.iterdir()}
+    """Names in a folder, the hidden ones as well, but the last state, which may be there or not."""
+    return {path.name for path in folder.iterdir()} - {store.LAST_STATE}
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from .verify_command import verify
 
 EXIT_CODES = (
     "Exit codes: 0 finished, whatever the pellet did; 1 a check ran and failed; 2 bad input; "
-    "3 the run diverged; 4 a result could not be written; 130 interrupted."
+    "3 the run diverged, or points of a batch have no result; 4 a result could not be written; 130 interrupted."
 )
 
 EXAMPLES = {
