@@ -369,8 +369,8 @@ def _decoded(image: bytes, remarks: tuple[str, ...], alone: bool) -> Result:
 
 def _foreign(name: str, variable: xarray.DataArray) -> Output:
     """An output that was registered where the run was made."""
-    words = (str(variable.attrs.get(key, "")) for key in ("units", "long_name"))
-    return Output(name, tuple(map(str, variable.dims)), *words)
+    unit, long_name = (str(variable.attrs.get(key, "")) for key in ("units", "long_name"))
+    return Output(name, tuple(map(str, variable.dims)), unit, long_name)
 
 
 def json_ready(value: Any) -> Any:
