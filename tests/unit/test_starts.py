@@ -297,7 +297,7 @@ def test_wall_that_breaks_off_without_its_smoothing_is_told_the_cause(blend: str
 
 
 def test_soft_tube_starts_even_on_every_grid() -> None:
-    """A wall that the pressure lengthens by half: one leap of Newton's method turned it inside out over one of its rings.
+    """A wall that the pressure lengthens by half: one leap of Newton's method turned it over one of its rings.
 
     Which ring was chosen by rounding, and the transit was 1.97 or 2.80 s accordingly.
     """
