@@ -8,7 +8,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, is_dataclass
 from os import PathLike
 from pathlib import Path
@@ -116,7 +116,8 @@ class Simulation:
         Raises ConfigurationError if there is no whole checkpoint, or if it is of another version of the code.
         """
         found = newest_of(Path(folder))
-        tables.hold_all(unpack(found.content, {"tables": dict[str, np.ndarray]})["tables"])
+        with suppress(ValueError):  # of a version without tables: `restore` says what is to be said
+            tables.hold_all(unpack(found.content, {"tables": dict[str, np.ndarray]})["tables"])
         simulation = cls(Configuration.from_toml(found.head.configuration), observers, progress)
         simulation.restore(found)
         return simulation
@@ -248,7 +249,10 @@ class Simulation:
             "head": (head, Head),
             "clock": (clock, _Clock),
             "state": (self.state, State),
-            "tables": (tables.held((*begun.protocols, *self.configuration.protocols)), dict[str, np.ndarray]),
+            "tables": (
+                tables.held((*begun.naming_tables(), *self.configuration.naming_tables())),
+                dict[str, np.ndarray],
+            ),
         }
         return parts | {name: (observer, type(observer)) for name, observer in self._kept_observers().items()}
 

@@ -25,7 +25,7 @@ ALLOWED = {
     "tables": {"tables", "units", "errors"},
     "protocols": {"protocols", "tables", "units", "errors"},
     "regions": {"regions", "units", "errors"},
-    "stimuli": {"stimuli", "units", "errors"},
+    "stimuli": {"stimuli", "tables", "units", "errors"},
     "names": {"names"},
     "recording": {"recording", "names"},
     "consistency": {"consistency", "config", "parameters", "recording", "regions", "units", "errors"},
