@@ -13,9 +13,11 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 from pathlib import Path
 
@@ -213,11 +215,31 @@ def _columns(cells: list[str], name: str) -> list[tuple[str, str]]:
     return found
 
 
+def _of_cell(column: str, cell: str, unit: str, where: str) -> float:
+    """A number of a row: as `_number` reads it, in a tenth of the time where the cell is plain."""
+    if units.is_plain(cell):
+        try:
+            factor = _factor(unit, BOUNDS[column][0])
+            value = float(cell)
+            if value != 0.0 and factor != 1:  # exponents beyond those of a float are not for exact arithmetic
+                value = float(Fraction(cell) * factor) if math.isfinite(value) else math.inf
+        except (OverflowError, units.QuantityError):
+            return _number(column, f"{cell} {unit}", where)
+        _check(column, value, where, f"{cell} {unit}")
+        return value + 0.0
+    return _number(column, f"{cell} {unit}", where)
+
+
+@lru_cache(maxsize=32)
+def _factor(given: str, unit: str) -> Fraction:
+    return units.factor(given, unit)
+
+
 def _of_row(row: list[str], header: list[tuple[str, str]], where: str, width: float) -> Stimulus:
     if len(row) != len(header):
         raise ConfigurationError(f"{where} has {len(row)} cells and the header {len(header)}; give one a column")
-    cells = {column: f"{cell.strip()} {unit}".strip() for (column, unit), cell in zip(header, row, strict=True)}
-    numbers = {column: _number(column, text, where) for column, text in cells.items() if column != "layer"}
+    cells = {column: cell.strip() for (column, _), cell in zip(header, row, strict=True)}
+    numbers = {column: _of_cell(column, cells[column], unit, where) for column, unit in header if column != "layer"}
     low = numbers["place"]
     return Stimulus(
         _layer(cells.get("layer", LAYERS[0]), where),

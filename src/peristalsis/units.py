@@ -60,6 +60,7 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?
 _UNIT = re.compile(r"(?:1(?![0-9])|[A-Za-z%_]+(?:2O)?(?:\^-?[1-4](?![0-9]))?|[*/()])+")
 _SPELLING = str.maketrans({"µ": "u", "μ": "u", "·": "*", "⋅": "*", "²": "^2", "³": "^3"})
 _LONGEST_TEXT = 80
+_LONGEST_PLAIN = 30
 
 
 class QuantityError(ValueError):
@@ -103,6 +104,11 @@ def format_quantity(value: float, unit: str) -> str:
     """The shortest text that `read` turns back into exactly this number."""
     number = repr(float(value))
     return number if unit == DIMENSIONLESS else f"{number} {unit}"
+
+
+def is_plain(text: str) -> bool:
+    """Whether a text is a decimal number of moderate size and nothing else."""
+    return len(text) <= _LONGEST_PLAIN and _NUMBER.fullmatch(text) is not None
 
 
 def to_internal(value: float, unit: str) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import re
+import tempfile
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -14,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import peristalsis as ps
-from peristalsis import stimuli, tables
+from peristalsis import stimuli, tables, units
 from peristalsis.build import build
 from peristalsis.comparing import changed_keys
 from peristalsis.config import Configuration
@@ -84,9 +85,14 @@ def test_what_is_no_stimulus_is_refused(line: object, says: str) -> None:
         ("onset [s],durations [s]\n0,1\n", "did you mean duration?"),
         ("onset [s],duration [s],strength [uA/cm^2],place [cm]\n0,1,1\n", "row 1 has 3 cells and the header 4"),
         ("onset [s],duration [s],strength [uA/cm^2],place [cm]\n0,x,1,0\n", "row 1: duration = 'x s'"),
+        (
+            "onset [ms],duration [s],strength [uA/cm^2],place [cm]\n1e99999999,1,1,0\n",
+            "row 1: onset = 1e99999999 ms is out",
+        ),
+        ("onset [s],duration [ms],strength [uA/cm^2],place [cm]\n0,1e-99999999,1,0\n", "give more than 0"),
         ("x" * 16_000_001, "larger than 16000000 bytes"),
     ],
-    ids=["none", "no place", "no unit", "twice", "misspelled", "three cells", "no number", "too large"],
+    ids=["none", "no place", "no unit", "twice", "misspelled", "three cells", "no number", "huge", "tiny", "too large"],
 )
 def test_bad_files_are_refused(tmp_path: Path, text: str, says: str) -> None:
     file = tmp_path / "x.csv"
@@ -237,3 +243,15 @@ def test_runs_that_differ_in_their_stimuli_are_compared() -> None:
     driven = ps.Simulation(ps.configuration("baseline", changes={**SMALL, "stimuli": [LINE]})).result()
     assert changed_keys({"a": plain, "b": driven})["stimuli"][0] == "none"
     assert changed_keys({"a": driven, "b": plain})["stimuli"] == [driven.configuration.stimuli[0].text(), "none"]
+
+
+@pytest.mark.parametrize("unit", ["ms", "s", "us", "min"])
+@given(st.decimals(0, 100, places=4))
+def test_a_cell_is_read_as_a_quantity_is(unit: str, number: object) -> None:
+    """To the bit, in whatever unit: the quick way and that of lines of text agree."""
+    head = f"onset [{unit}],duration [s],strength [uA/cm^2],place [cm]"
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "x.csv")
+        file.write_text(f"{head}\n{number},1,1,0\n", encoding="utf-8")
+        (one,) = read(f"table {file}", 0.3)
+    assert one.onset == units.parse(f"{number} {unit}", "s", "onset")
