@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import json
 import math
@@ -25,16 +26,22 @@ from .errors import (
     WriteError,
     shown,
 )
+from .locks import PATIENCE, Claim
+from .paths import located
 from .plan import Plan, Point, as_text, read_plan
-from .result import CLOCK, json_ready
+from .result import CLOCK, json_ready, read_summary
 from .runner import KeptRun
-from .store import CONFIGURATION_FILE, SUMMARY_FILE, Workspace, quarantine, read_file, recover, verify
-from .studies.pool import Failure, carry_out
+from .store import CONFIGURATION_FILE, SUMMARY_FILE, Workspace, quarantine, recover, verify
+from .studies.pool import Failure, carry_out, refuse_while_starting
 from .units import QuantityError
 from .units import read as read_quantity
 from .warm_up import warm_up
 
 TABLE, RUNS = "table.csv", "runs"
+WITHOUT_RESULT = ("refused", "failed", DivergenceError.status)
+"""How points end that have no result, or none to be used."""
+MOST_TABLE = 1_000_000_000
+"""Bytes of an older table that is looked at before it is replaced."""
 RISKY = ("=", "+", "-", "@", "\t", "\r")
 """A text that begins with one of these would be taken for a formula by a spreadsheet."""
 
@@ -71,6 +78,12 @@ class Batch:
     rows: tuple[Row, ...]
     table: Path
 
+    @property
+    def status(self) -> str:
+        """`finished` if every point has its result, `failed` if none has, `partly_failed` otherwise."""
+        without = sum(row.status in WITHOUT_RESULT for row in self.rows)
+        return "finished" if without == 0 else "failed" if without == len(self.rows) else "partly_failed"
+
 
 @dataclass(frozen=True)
 class _Task:
@@ -91,12 +104,31 @@ def batch(
     """Carry out the runs of a plan (or of a batch file) that are missing in OUT/runs, and write OUT/table.csv.
 
     workers: processes; the results do not depend on how many. every: seconds on the clock between checkpoints. A run
-    that fails is a row with its reason; a damaged one is moved aside and run again, and `say` is told. Raises
-    ConfigurationError for a bad file, WriteError when results cannot be stored and InterruptedRun when stopped: what
-    was finished stays, and a second call goes on.
+    that fails is a row with its reason. What can end otherwise another time is run again by the next call, and `say`
+    is told: a point whose process died, and one that is damaged, which is moved aside. Raises ConfigurationError for a
+    bad file, WriteError when results cannot be stored or another process works in OUT, and InterruptedRun when
+    stopped: what was finished stays, and a second call goes on.
     """
+    refuse_while_starting()
     planned = plan if isinstance(plan, Plan) else read_plan(Path(plan))
-    target = Path(out)
+    target = located(out)
+    if target.is_symlink() or (target.exists() and not target.is_dir()):
+        raise WriteError(f"{shown(str(target))} is not a folder; choose another one with --out")
+    claim = Claim(target)
+    try:
+        return _batch(planned, target, workers, every, progress, say)
+    finally:
+        claim.release()
+
+
+def _batch(
+    planned: Plan,
+    target: Path,
+    workers: int,
+    every: float,
+    progress: Callable[[Step], None] | None,
+    say: Callable[[str], None] | None,
+) -> Batch:
     code = code_version()
     same: dict[Path, list[Point]] = {}
     rows: dict[int, Row] = {}
@@ -114,7 +146,7 @@ def batch(
     missing: dict[str, _Task] = {}
     for folder, points in same.items():
         row = _stored(points[0], folder, say)
-        if row is None:
+        if row is None or _again(row, say):
             configuration = points[0].configuration
             assert configuration is not None
             missing[str(folder)] = _Task(configuration, folder, every)
@@ -132,14 +164,34 @@ def batch(
     table = target / TABLE
     try:
         disk.DISK.make_folder(target)
+        _keep_other(table, {_name_of(row.folder, target) for row in ordered}, say)
         disk.replace_file(table, _table(planned.keys, ordered, target))
     except OSError as error:
         raise WriteError(f"could not write {shown(str(table))}: {error.strerror or error}; free some space") from None
     return Batch(ordered, table)
 
 
+def _keep_other(table: Path, folders: set[str], say: Callable[[str], None] | None) -> None:
+    """Give a table with runs that the new one does not have, such as that of another batch file, a name of its own."""
+    try:
+        content = disk.read_regular(table, MOST_TABLE)
+    except FileNotFoundError:
+        return
+    rows = csv.DictReader(io.StringIO(content.decode("utf-8", errors="replace"), newline=""))
+    if {row.get("folder") or "" for row in rows} <= folders | {""}:
+        return
+    apart = table.with_name(f"{table.stem}-{hashlib.sha256(content).hexdigest()[:8]}{table.suffix}")
+    disk.DISK.rename(table, apart)
+    if say is not None:
+        say(f"{shown(str(table))} had runs that are not in this batch: it is kept as {shown(apart.name)}")
+
+
+def _name_of(folder: Path | None, target: Path) -> str:
+    return "" if folder is None else folder.relative_to(target).as_posix()
+
+
 def _stored(point: Point, folder: Path, say: Callable[[str], None] | None) -> Row | None:
-    """The row of a run that is finished, None of one that is missing; one that is damaged is moved aside first."""
+    """The row of a run that is finished, None of one that is to be run; one that is damaged is moved aside first."""
     recover(folder)
     if not folder.exists():
         return None
@@ -147,8 +199,8 @@ def _stored(point: Point, folder: Path, say: Callable[[str], None] | None) -> Ro
         found = verify(folder)
         if found.status == InterruptedRun.status:
             return None
-        summary = json.loads(read_file(folder, SUMMARY_FILE, found.files[SUMMARY_FILE]))
-    except (ConfigurationError, KeyError, ValueError) as error:
+        summary = read_summary(folder, found)
+    except ConfigurationError as error:
         try:
             aside = quarantine(folder)
         except OSError as problem:
@@ -158,6 +210,15 @@ def _stored(point: Point, folder: Path, say: Callable[[str], None] | None) -> Ro
             say(f"{reason}; it is in {shown(str(aside))} and is run again")
         return None
     return Row(point, folder, summary, str(found.about.get("fingerprint", "")))
+
+
+def _again(row: Row, say: Callable[[str], None] | None) -> bool:
+    """Whether a point is to be run again: its process had died, which need not happen a second time."""
+    if row.status != PeristalsisError.status:
+        return False
+    if say is not None:
+        say(f"{row.point.name} in {shown(str(row.folder))} had failed ({row.summary.get('error')}): it is tried again")
+    return True
 
 
 def _carried_out(missing: Mapping[str, _Task], workers: int) -> Iterator[str]:
@@ -174,7 +235,7 @@ def _carried_out(missing: Mapping[str, _Task], workers: int) -> Iterator[str]:
 
 def run_one(task: _Task) -> str:
     """One run to its folder, from its checkpoint if there is one; its status. Raises WriteError."""
-    with KeptRun(task.configuration, task.folder, resume=True, every=task.every) as kept:
+    with KeptRun(task.configuration, task.folder, resume=True, every=task.every, patience=PATIENCE) as kept:
         if kept.finished is not None:
             return kept.finished.status
         try:
@@ -217,7 +278,7 @@ def _table(keys: tuple[str, ...], rows: tuple[Row, ...], target: Path) -> bytes:
     units = {key: FIELDS[key].unit if key in FIELDS else "" for key in keys}
     writer.writerow(["name", *keys, *numbers, "fingerprint", "folder"])
     for row, one in zip(rows, flat, strict=True):
-        folder = "" if row.folder is None else row.folder.relative_to(target).as_posix()
+        folder = _name_of(row.folder, target)
         given = {key: as_text(row.point.values[key]) if key in row.point.values else "" for key in units}
         values = [_guarded(text, units[key]) for key, text in given.items()]
         cells = [row.point.name, *(_cell(one.get(name)) for name in numbers), row.fingerprint, folder]

@@ -58,6 +58,8 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
             frame=1.0 if c.pellet.friction_frame == "wall" else 0.0,
             volume=sphere.volume(c.pellet.radius),
             tangential=c.pellet.friction_coefficient > 0.0,
+            lowest=c.pellet.radius if c.wall.oral_end == "closed" else -math.inf,
+            highest=c.wall.length - c.pellet.radius if c.wall.anal_end == "closed" else math.inf,
         ),
         lumen=LumenConstants(
             to_internal(c.lumen.pressure, "kPa"),

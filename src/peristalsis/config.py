@@ -7,6 +7,7 @@ as text with a unit.  Whatever is wrong with the input becomes one Configuration
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import operator
@@ -25,13 +26,16 @@ from pydantic.fields import FieldInfo
 
 from peristalsis import tables, units
 from peristalsis.consistency import check
+from peristalsis.disk import read_regular
 from peristalsis.errors import ConfigurationError, UnknownKeyError, shown, suggestion
 from peristalsis.parameters import PARAMETERS, READINGS, Parameter, Value, shipped
+from peristalsis.paths import beside_file, located
 from peristalsis.protocols import Protocol, values_at
 from peristalsis.protocols import parse as parse_protocol
 from peristalsis.protocols import parse_all as parse_protocols
 from peristalsis.protocols import shortened as shorten_protocols
 from peristalsis.recording import CHOICES as FIELD_CHOICES
+from peristalsis.recording import choices
 from peristalsis.regions import Region
 from peristalsis.regions import read as read_regions
 from peristalsis.regions import schema as regions_schema
@@ -52,6 +56,8 @@ _LONG_KEY = re.compile(rf"(?:{_PART}[ \t]*+\.[ \t]*+){{16}}")
 
 WITHOUT_EFFECT = ("run.checkpoint",)
 """Parameters that change how a run is carried out and no number of it: they are not part of its digest."""
+ENDS = ("run.duration", "run.stop_when_expelled", "run.stop_when_arrested", "run.stop_position")
+"""Parameters that say when a run ends, and change nothing before."""
 
 _MODEL = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -126,6 +132,8 @@ class Wall(Section):
     radius: float = parameter("wall.radius", gt=0, le=20)
     length: float = parameter("wall.length", gt=0, le=200)
     surface_density: float = parameter("wall.surface_density", gt=0, le=1e6)
+    oral_end: Literal["open", "closed"] = parameter("wall.oral_end")
+    anal_end: Literal["open", "closed"] = parameter("wall.anal_end")
     inertia: bool = parameter("wall.inertia")
     viscosity: float = parameter("wall.viscosity", gt=0, le=1e6)
     tension: Literal["published", "consistent"] = parameter("wall.tension")
@@ -305,8 +313,8 @@ class Output(Section):
     @classmethod
     def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for name in names:
-            if name not in FIELD_CHOICES:
-                raise ValueError(f"{shown(name)} is not a field; {suggestion(name, FIELD_CHOICES)}")
+            if name not in choices():
+                raise ValueError(f"{shown(name)} is not a field; {suggestion(name, choices())}")
         return names
 
 
@@ -515,9 +523,13 @@ class Configuration(BaseModel):
             lines += ["", "[[regions]]", *(f"{name} = {_toml(value)}" for name, value in region.table().items())]
         return "\n".join(lines) + "\n"
 
-    def digest(self) -> str:
-        """SHA-256 of the canonical JSON of `texts`, without what leaves the results as they are."""
-        texts = {key: text for key, text in self.texts().items() if key not in WITHOUT_EFFECT}
+    def digest(self, ends: bool = True) -> str:
+        """SHA-256 of the canonical JSON of `texts`, without what leaves the results as they are.
+
+        ends: False leaves out when the run ends: equal then are runs of which one is the beginning of the other.
+        """
+        without = WITHOUT_EFFECT if ends else (*WITHOUT_EFFECT, *ENDS)
+        texts = {key: text for key, text in self.texts().items() if key not in without}
         canonical = json.dumps(texts, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
         return hashlib.sha256(canonical.encode("ascii")).hexdigest()
 
@@ -573,17 +585,22 @@ def json_schema() -> dict[str, Any]:
 
 
 def read_toml(source: str | PathLike[str], most: int = LARGEST_TEXT) -> dict[str, Any]:
-    """The tables of TOML text or of a file of at most `most` bytes, before any check of keys and values."""
+    """The tables of TOML text or of a file of at most `most` bytes, before any check of keys and values.
+
+    Files that a file names lie beside it: their paths come back with its folder in front.
+    """
     if isinstance(source, str):
-        text, where = source, "the configuration text"
+        text, where, folder = source.removeprefix("\ufeff"), "the configuration text", None
     else:
-        text, where = _read_file(Path(source), most), shown(str(source))
+        file = located(source)
+        text, where, folder = _read_file(file, most), shown(str(source)), file.parent
     if len(text) > most:
         raise ConfigurationError(f"{where} has {len(text)} characters, more than {most}; shorten it")
     if _LONG_KEY.search(text):
         raise ConfigurationError(f"{where} has a key of many parts, and none has more than three; correct it")
     try:
-        return tomllib.loads(text)
+        tables = tomllib.loads(text)
+        return tables if folder is None else beside_file(tables, folder)
     except (ValueError, RecursionError) as error:
         cause = "it is nested too deeply" if isinstance(error, RecursionError) else shown(str(error), 120)
         fix = "give a Path to read a file" if source == text and text.endswith(".toml") else "correct it"
@@ -592,17 +609,16 @@ def read_toml(source: str | PathLike[str], most: int = LARGEST_TEXT) -> dict[str
 
 def _read_file(path: Path, most: int) -> str:
     try:
-        with path.open("rb") as file:
-            content = file.read(most + 1)
+        content = read_regular(path, most, follow=True)
     except (OSError, ValueError) as error:
+        if isinstance(error, OSError) and error.errno == errno.EFBIG:
+            raise ConfigurationError(f"{shown(str(path))} is larger than {most} bytes; shorten it") from None
         cause = error.strerror if isinstance(error, OSError) else "it is not a path"
         raise ConfigurationError(
             f"{shown(str(path))} cannot be read: {cause}; check the name and the permissions"
         ) from None
-    if len(content) > most:
-        raise ConfigurationError(f"{shown(str(path))} is larger than {most} bytes; shorten it")
     try:
-        return content.decode("utf-8")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise ConfigurationError(f"{shown(str(path))} is not UTF-8 text; save it as UTF-8") from None
 
@@ -705,7 +721,7 @@ def _put(flat: dict[str, Any], key: object, value: object) -> None:
         raise UnknownKeyError(f"{shown(key)} is not a parameter; {fix}")
     if key in flat:
         raise ConfigurationError(f"{key} is given twice; keep one")
-    flat[key] = value
+    flat[key] = units.plain(value) if key in FIELDS else value
 
 
 def _nest(flat: Mapping[str, Any]) -> dict[str, Any]:
@@ -791,7 +807,7 @@ def _schema_of(spec: FieldSpec, about: Parameter) -> dict[str, Any]:
     elif spec.unit == units.DIMENSIONLESS:
         schema = {"type": "number"} | limits
     else:
-        schema = {"type": "string", "x-unit": spec.unit}
+        schema = {"type": "string", "pattern": units.pattern(spec.unit), "x-unit": spec.unit}
         schema |= {f"x-{name}": limit for name, limit in limits.items()}
     if spec.kind in ("list", "names"):
         schema = {"type": "array", "items": schema}

@@ -236,6 +236,14 @@ def _check_pellet(config: Configuration) -> None:
             f"the pellet and its gap take {needed:.6g} cm (2 x pellet.radius + pellet.start_gap)",
             f"use a tube longer than {needed:.6g} cm or a smaller pellet",
         )
+    closed = [f"wall.{end}" for end in ("oral_end", "anal_end") if getattr(wall, end) == "closed"]
+    if closed and pellet.friction_frame == "wall":
+        _refuse(
+            closed[0],
+            "closed",
+            "an end that holds the pellet is there for friction at rest only (pellet.friction_frame = wall)",
+            "use open, or pellet.friction_frame = rest",
+        )
     stretch = pellet.radius / wall.radius
     if stretch > LARGEST_STRETCH:
         _refuse(

@@ -15,6 +15,7 @@ from . import asked
 from .build import build, diffusivity
 from .config import Configuration
 from .consistency import output_size
+from .ends import BULGE, bulges
 from .errors import ConfigurationError, DivergenceError, shown
 from .model.explicit_limits import Limits, limits
 from .model.model import Model
@@ -133,6 +134,20 @@ def disk_remarks(configuration: Configuration, folder: Path) -> list[str]:
     return [
         f"{shown(str(place))} has {free / 1e9:.2g} GB free, and the run may take {needed / 1e9:.2g} GB with its "
         "checkpoints; make room, or lengthen output.interval"
+    ]
+
+
+def remarks_of_start(configuration: Configuration, state: State) -> list[str]:
+    """Whether the inflated tube bulges over its clamped rings before anything happens."""
+    oral, anal = (float(part[0]) for part in bulges(state.wall.position[None, :, :, 2], configuration.wall.length))
+    worst = max(oral, anal)
+    if worst <= BULGE * configuration.wall.radius:
+        return []
+    widest = float(state.wall.position[:, :, 0].max())
+    return [
+        f"lumen.pressure = {configuration.lumen.pressure:g} kPa: the inflated tube, {2.0 * widest:.2g} cm wide, bulges "
+        f"{worst:.2g} cm over its clamped rings of {2.0 * configuration.wall.radius:.2g} cm; read nothing from its "
+        "shape near the ends, or lower the pressure"
     ]
 
 

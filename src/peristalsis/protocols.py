@@ -16,11 +16,11 @@ import bisect
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 from typing import cast
 
 from . import tables, units
 from .errors import ConfigurationError, shown, suggestion
+from .paths import located
 
 SHAPES = ("step", "ramp", "table")
 MOST_WRITTEN = 4000
@@ -130,7 +130,7 @@ def parse_all(text: object, numbers: dict[str, str]) -> list[Protocol]:
     if shape not in SHAPES:
         raise ConfigurationError(f"protocols: {shown(shape)} is not one of {', '.join(SHAPES)}; {_EXAMPLE}")
     if shape == "table":
-        courses = tables.read(Path(body.strip()), key, numbers)
+        courses = tables.read(located(body.strip()), key, numbers)
         for name in courses:
             _check_key(name, numbers)
         return [_of_course(name, "ramp", one) for name, one in courses.items()]

@@ -12,7 +12,13 @@ ALL = "all"
 ALWAYS = ("radius", "angle", "axial_position")
 """The places of the wall: without them no picture and no comparison is possible."""
 CHOICES = (ALL, *(output.name for output in FIELDS if output.name not in ALWAYS))
-"""What `output.fields` may name."""
+"""What `output.fields` may name of the package's own fields."""
+
+
+def choices() -> tuple[str, ...]:
+    """What `output.fields` may name, fields that were registered from outside included."""
+    return (ALL, *(output.name for output in FIELDS if output.name not in ALWAYS))
+
 
 NUMBER = 8
 """Bytes of a number."""

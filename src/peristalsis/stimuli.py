@@ -23,6 +23,7 @@ from pathlib import Path
 
 from . import tables, units
 from .errors import ConfigurationError, shown, suggestion
+from .paths import located
 
 MOST_STIMULI = 100_000
 MOST_WRITTEN = 1000
@@ -120,9 +121,9 @@ def read(given: object, width: float) -> tuple[Stimulus, ...]:
         if isinstance(item, Mapping):
             if item.keys() != {"file"} or not isinstance(item["file"], str):
                 raise ConfigurationError(f"stimuli = {shown(dict(item))}: a table has the key file alone, a CSV's name")
-            found += _of_file(Path(item["file"]), width)
+            found += _of_file(located(item["file"]), width)
         elif isinstance(item, str) and item.strip().startswith("table "):
-            path = Path(item.strip().removeprefix("table ").strip())
+            path = located(item.strip().removeprefix("table ").strip())
             found += _of_list(path) or _of_file(path, width)
         else:
             found.append(_of_line(item))

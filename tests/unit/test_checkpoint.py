@@ -7,9 +7,12 @@ import signal
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from typing_extensions import TypeAliasType
 
 import peristalsis as ps
 from peristalsis import checkpoint, disk, environment
@@ -158,7 +161,7 @@ def test_observers_of_plain_data_go_on(tmp_path: Path) -> None:
 def test_no_recorder_of_the_package_is_left_out() -> None:
     """One that could not be packed would begin anew unseen."""
     run = Simulation(coarse())
-    assert len(run._kept_observers()) == len(run._observers) == 6
+    assert len(run._kept_observers()) == len(run._observers) == 7
 
 
 def test_a_run_that_had_stopped_stays_stopped(tmp_path: Path) -> None:
@@ -314,6 +317,7 @@ def test_nothing_to_resume_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     run = KeptRun(coarse(), tmp_path / "run", resume=True, say=said.append)
     assert said[0].startswith("nothing to resume")
     assert run.finished is None
+    run.workspace.close()
     cut(coarse(), 3, tmp_path / ".tmp-run-0123456789abcdef")
     monkeypatch.setattr("peristalsis.runner.code_version", lambda: "0.0.1-elsewhere")
     KeptRun(coarse(), tmp_path / "run", resume=True, say=said.append)
@@ -429,6 +433,44 @@ def test_other_kinds_are_refused(kind: object) -> None:
     assert not packable(kind)
     with pytest.raises(TypeError):
         pack({"it": (1.0, kind)})
+
+
+Item = TypeVar("Item")
+Other = TypeVar("Other")
+Shorthand = TypeAliasType("Shorthand", np.ndarray[tuple[int, ...], np.dtype[Item]], type_params=(Item,))
+Doubly = TypeAliasType("Doubly", Shorthand[np.float64])
+Swapped = TypeAliasType("Swapped", tuple[Other, Item], type_params=(Item, Other))
+
+
+@dataclass
+class Named:
+    """Annotated as numpy annotates arrays from release 2.5 on: by aliases that have a name of their own."""
+
+    array: Shorthand[np.float64]
+    plain: Doubly
+    several: list[Shorthand[np.float64]]
+    perhaps: Shorthand[np.int64] | None
+    pair: Swapped[int, str]
+
+
+def test_named_aliases_are_what_they_name() -> None:
+    """numpy 2.5 made NDArray such an alias, and no state could be packed; this holds on any release of it."""
+    rows = [np.arange(3.0), np.arange(3.0) + 1.0]
+    whole = Named(rows[0], rows[1], rows, None, ("a", 1))
+    assert packable(Named)
+    back = unpack(pack({"it": (whole, Named)}), {"it": Named})["it"]
+    assert back.pair == ("a", 1)
+    assert back.perhaps is None
+    assert np.array_equal([back.array, back.plain, *back.several], [*rows, *rows])
+
+
+@pytest.mark.parametrize("kind", [NDArray[np.float64], NDArray[Any], NDArray, np.ndarray])
+def test_arrays_are_packable_however_annotated(kind: Any) -> None:
+    assert packable(kind)
+
+
+def test_aliases_of_other_things_are_not_packable() -> None:
+    assert not packable(TypeAliasType("Wrong", object))
 
 
 def test_objects_are_never_packed_and_never_made() -> None:

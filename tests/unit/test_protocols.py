@@ -321,7 +321,7 @@ def test_a_foreign_file_under_the_name_of_a_table_is_refused(tmp_path: Path, con
         parse(f"lumen.pressure: table {file}", UNITS)
 
 
-def test_protocols_too_long_together_become_tables() -> None:
+def test_protocols_too_long_together_become_tables(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What is stored can be read again, whatever the number of values: the longest are kept as tables, steps too."""
     knots = ", ".join(f"{0.1 + 1e-4 * k!r} at {float(k)!r} s" for k in range(999))
     keys = [f"{layer}.{name}" for layer in ("longitudinal", "circular") for name in ("active", "conductivity_scale")]
@@ -335,6 +335,12 @@ def test_protocols_too_long_together_become_tables() -> None:
     course = config.time_courses()[0]
     assert (course.shape, course.at(7.99), course.at(8.0)) == ("step", 0.1 + 7e-4, 0.1 + 8e-4)
     assert Configuration.from_toml(config.to_toml()) == config
+    for name, content in tables.files_of(config.naming_tables()).items():
+        (tmp_path / name).write_bytes(content)
+    (tmp_path / "config.toml").write_text(config.to_toml(), encoding="utf-8")
+    with monkeypatch.context() as elsewhere:
+        elsewhere.setattr(tables, "_held", {})  # as in another process, in another folder
+        assert Configuration.from_toml(tmp_path / "config.toml") == config
     units_of = {key: FIELDS[key].unit for key in CONDUCTANCES}
     everything = [f"{key}: step {knots.replace(' at', f' {unit} at')}" for key, unit in units_of.items()]
     config = Configuration().with_changes({"protocols": everything})

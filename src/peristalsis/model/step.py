@@ -16,7 +16,7 @@ from ..errors import DivergenceError
 from ..numerics.rates import rate_formula
 from ..numerics.transfer import average
 from ..tissue.bidomain import EllipticError, surface_operator
-from ..tissue.cells.plant import CellConstants
+from ..tissue.cells.plant import TABLE_HIGH, TABLE_LOW, CellConstants
 from ..tissue.sheet import advance_sheet
 from ..tissue.surface import SurfaceOperator, SurfaceSizes
 from ..tissue.surface_sheet import advance_surface_sheet
@@ -235,12 +235,15 @@ def _advance_layer(
 def _surface_operator(model: Model, layer: Layer, stretch: Stretches) -> SurfaceOperator:
     """Conduction of a layer on the wall of the middle of the step; what varies from place to place divides stretch."""
     grid = model.grid
+    with np.errstate(divide="ignore"):  # where a region blocks conduction the resistance is infinite
+        along = grid.elements_at_faces(stretch.axial) / layer.conductivity
+        around = grid.nodes_at_ring_faces(stretch.hoop) / layer.conductivity_around
     return surface_operator(
         layer.diffusivity,
         layer.conductivities,
         SurfaceSizes(grid.cell_size, grid.column_width(model.wall.radius)),
-        grid.elements_at_faces(stretch.axial) / layer.conductivity,
-        grid.nodes_at_ring_faces(stretch.hoop) / layer.conductivity_around,
+        along,
+        around,
     )
 
 
@@ -315,11 +318,38 @@ def _advance_sheet(
             raise DivergenceError(f"{field} at t = {start:.6g} s: {error}") from None
     if bad >= 0:
         place = f"z = {model.grid.cells[bad // shape[1]]:.3g} cm" if shape[0] > 1 else "the oral end"
-        raise DivergenceError(
-            f"{field} left -200...150 mV at {place}, t = {start:.6g} s: the conduction step of "
-            f"{model.dt_cell:g} ms or a stimulus is too large; lower step.conduction or the intensity"
-        )
+        cause = _why_out_of_range(model, tissue, stimulus, field)
+        raise DivergenceError(f"{field} left {TABLE_LOW:g}...{TABLE_HIGH:g} mV at {place}, t = {start:.6g} s: {cause}")
     return SheetState(potential.reshape(shape), gates.reshape(4, *shape), first.reshape(shape), last.reshape(shape))
+
+
+def _why_out_of_range(model: Model, tissue: _Tissue, stimulus: _Stimulus, field: str) -> str:
+    """What takes a potential out of the tables: a stimulus, a reversal potential beyond them, or the step."""
+    total = tissue.conductances.sum(axis=0) + stimulus.conductance.ravel()
+    current = stimulus.current.ravel()
+    strongest = int(np.argmax(np.abs(current)))
+    if current[strongest] != 0.0:
+        # Where a cell would end up if every channel were open: channels that are closed hold it back even less.
+        c, g = tissue.constants, tissue.conductances[:, strongest]
+        reversals = (c.calcium_reversal, c.calcium_reversal, c.potassium_reversal, c.potassium_reversal)
+        pull = float(g @ np.array([*reversals, c.chloride_reversal]))
+        rate = (float(current[strongest]) + pull) / c.capacitance  # mV in a ms, from 0 mV
+        target = (float(current[strongest]) + pull) / float(total[strongest]) if total[strongest] > 0.0 else np.inf
+        if not TABLE_LOW < target < TABLE_HIGH or abs(rate) * model.dt_wall * 1e3 > TABLE_HIGH - TABLE_LOW:
+            layer = field.partition(" ")[0]
+            names = {
+                "longitudinal": "pacemaker.intensity (or rings.intensity)",
+                "circular": "trigger.intensity or reflex.excitation_intensity",
+            }
+            return (
+                f"a stimulus of {current[strongest]:.4g} uA/cm^2 drives the cells there, beyond what their channels "
+                f"carry off; lower {names.get(layer, 'pacemaker.cell_coupling')}"
+            )
+    for name in ("calcium_reversal", "potassium_reversal", "chloride_reversal"):
+        value = getattr(tissue.constants, name)
+        if not TABLE_LOW < value < TABLE_HIGH:
+            return f"cell.{name} = {value:g} mV pulls it there; bring it into that range"
+    return f"the conduction step of {model.dt_cell:g} ms is too large; lower step.conduction"
 
 
 @dataclass(frozen=True)
@@ -352,7 +382,7 @@ def _solve_wall(
         raise DivergenceError(
             f"wall position: no equilibrium at t = {time:.6g} s even with a step of {dt:.2g} s ({REASONS[code]}); the "
             f"wall is narrowest at z = {model.grid.nodes[where]:.3g} cm, radius {wall.position[where, 0, 0]:.3g} cm. "
-            "Lower step.wall, or raise wall.bending_stiffness or grid.n_z_wall"
+            f"{_remedy(model)}"
         )
     middle = 0.5 * (wall.drive + drive)
     half = _solve_wall(model, wall, pellet, pressure, middle, 0.5 * dt, halvings - 1, time - 0.5 * dt)
@@ -364,6 +394,14 @@ def _solve_wall(
         solves=half.solves + full.solves,
         krylov=half.krylov + full.krylov,
     )
+
+
+def _remedy(model: Model) -> str:
+    """What may help a wall that finds no equilibrium."""
+    usual = "Lower step.wall, or raise wall.bending_stiffness or grid.n_z_wall"
+    if model.wall.slack_blend > 0.0:
+        return usual
+    return f"Raise wall.slack_blend: at 0 slack wall carries compression, Eq. (14), and is ill-posed. {usual}"
 
 
 def _try_wall(
