@@ -141,7 +141,7 @@ def _most_upstrokes(arrays: Mapping[str, Any]) -> int:
 
 
 def _drives(configuration: Configuration, until: float) -> int | None:
-    """Pulses of the pacemaker and stimuli up to a time [s]; None where a cell of its own rhythm or a protocol drives."""
+    """Pulses of pacemaker and stimuli up to a time [s]; None where a cell of its own rhythm or a protocol drives."""
     p = configuration.pacemaker
     if p.kind == "cell" or any(key.startswith("pacemaker.") for key in configuration.protocols):
         return None

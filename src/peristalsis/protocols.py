@@ -134,8 +134,8 @@ def parse_all(text: object, numbers: dict[str, str]) -> list[Protocol]:
         for name in courses:
             _check_key(name, numbers)
         return [_of_course(name, "ramp", one) for name, one in courses.items()]
-    if shape == "step" and tables.is_name(Path(body.strip())):
-        (one,) = tables.read(Path(body.strip()), key, numbers).values()
+    if shape == "step" and tables.is_name(located(body.strip())):
+        (one,) = tables.read(located(body.strip()), key, numbers).values()
         return [_of_course(key, "step", one)]
     if body.count(",") >= tables.MOST_KNOTS:  # before each is read
         raise ConfigurationError(

@@ -157,7 +157,7 @@ def test_protocol_and_set_between_advances_give_the_same_bits() -> None:
     assert whole.arrays["lumen_pressure"].max() > 0.25  # the ramp did act
     for name, values in whole.arrays.items():
         if not name.startswith("event"):
-            assert np.array_equal(values, pieces.arrays[name], equal_nan=True), name
+            assert np.array_equal(values, pieces.arrays[name], equal_nan=values.dtype.kind == "f"), name
 
 
 def test_pressure_protocol_keeps_the_reference_volume() -> None:

@@ -124,7 +124,7 @@ def test_a_stimulus_is_the_pulse_of_a_pacemaker_to_the_bit() -> None:
     stimulated = ps.Simulation(ps.configuration("baseline", changes=SMALL | listed_alone)).run()
     for name, values in paced.arrays.items():
         if not name.startswith("event"):
-            assert np.array_equal(values, stimulated.arrays[name], equal_nan=True), name
+            assert np.array_equal(values, stimulated.arrays[name], equal_nan=values.dtype.kind == "f"), name
     assert stimulated.arrays["event_kind"].tolist().count("stimulus") == 1
     assert stimulated.arrays["event_words"][0] == "2 uA/cm^2 for 0.05 s on the longitudinal layer"
 
