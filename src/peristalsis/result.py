@@ -210,7 +210,7 @@ class Result:
         try:
             image = netcdf_image(self.arrays, self._attributes(), self.foreign)
             summary = json.dumps(json_ready(self.summary), indent=2, allow_nan=False) + "\n"
-            files = tables.files_of(self.configuration.protocols) | {
+            files = tables.files_of(self.configuration.naming_tables()) | {
                 RESULT_FILE: image,
                 CONFIGURATION_FILE: self.configuration.to_toml().encode("utf-8"),
                 SUMMARY_FILE: summary.encode("utf-8"),

@@ -8,7 +8,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, is_dataclass, replace
 from os import PathLike
 from typing import Any
@@ -133,7 +133,8 @@ class Simulation:
         would have ended before with these changes.
         """
         found = newest_of(located(folder))
-        tables.hold_all(unpack(found.content, {"tables": dict[str, np.ndarray]})["tables"])
+        with suppress(ValueError):  # of a version without tables: `restore` says what is to be said
+            tables.hold_all(unpack(found.content, {"tables": dict[str, np.ndarray]})["tables"])
         configuration = Configuration.from_toml(found.head.configuration)
         if changes is not None:
             begun, configuration = configuration, configuration.with_changes(changes)
@@ -338,7 +339,10 @@ class Simulation:
             "head": (head, Head),
             "clock": (clock, _Clock),
             "state": (self.state, State),
-            "tables": (tables.held((*begun.protocols, *self.configuration.protocols)), dict[str, np.ndarray]),
+            "tables": (
+                tables.held((*begun.naming_tables(), *self.configuration.naming_tables())),
+                dict[str, np.ndarray],
+            ),
         }
         return parts | {name: (observer, type(observer)) for name, observer in self._kept_observers().items()}
 
