@@ -12,6 +12,9 @@ LARGEST_POWER_RESIDUAL = 1e-3
 """Share of the absolute work that the balance of power, Eq. (29), may leave over without a remark."""
 LARGEST_MOMENTUM_RESIDUAL = 1e-3
 """Share of the largest axial force that the balance of axial momentum, Eq. (52), may leave over without one."""
+LARGEST_NORMAL_FORCE = 1e5
+"""Sum of contact forces on a pellet beyond which a run says so [mN]: some twenty times those of a solid bolus in vivo,
+1.9 N for each cm of its length (J. Robot. Surg. 6 (2012), doi 10.1007/s11701-012-0346-3, abstract)."""
 LEAST_BEYOND = 0.01
 """A pole that stands out over an end by less than this is not worth a remark [cm]."""
 
@@ -20,7 +23,12 @@ def remarks_of_summary(
     configuration: Configuration, summary: Mapping[str, Any], arrays: Mapping[str, Any]
 ) -> list[str]:
     """Sentences about a run that has ended, from its summary, its arrays and its configuration; none for a sane one."""
-    return [*_ends(configuration, summary, arrays), *_waves(summary), *_balances(summary)]
+    return [
+        *_ends(configuration, summary, arrays),
+        *_forces(summary),
+        *_waves(summary),
+        *_balances(configuration, summary),
+    ]
 
 
 def _ends(configuration: Configuration, summary: Mapping[str, Any], arrays: Mapping[str, Any]) -> list[str]:
@@ -45,6 +53,17 @@ def _ends(configuration: Configuration, summary: Mapping[str, Any], arrays: Mapp
     return found
 
 
+def _forces(summary: Mapping[str, Any]) -> list[str]:
+    """Whether the wall squeezed with a force that no gut bears."""
+    force = summary["max_normal_force_mN"]
+    if force is None or force <= LARGEST_NORMAL_FORCE:
+        return []
+    return [
+        f"max_normal_force_mN = {force:.2g}: the wall is stretched far into the exponential of its law, beyond what "
+        "any tissue bears; use a smaller pellet.radius, or lower wall.c5 and wall.c10"
+    ]
+
+
 def _waves(summary: Mapping[str, Any]) -> list[str]:
     """Whether tissue fired by itself."""
     return [
@@ -55,14 +74,15 @@ def _waves(summary: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _balances(summary: Mapping[str, Any]) -> list[str]:
+def _balances(configuration: Configuration, summary: Mapping[str, Any]) -> list[str]:
     """Whether the balances of energy and momentum close."""
     found = []
     power, momentum = summary["power_residual"], summary["momentum_residual"]
+    jumps = ", or an input jumps between two steps (protocols)" if configuration.protocols else ""
     if power is not None and power > LARGEST_POWER_RESIDUAL:
         found.append(
             f"power_residual = {power:.2g}: the balance of energy leaves more than {LARGEST_POWER_RESIDUAL:g} of the "
-            "work over, so the step in time is too long for this run; halve step.wall and compare"
+            f"work over, so the step in time is too long for this run{jumps}; halve step.wall and compare"
         )
     if momentum is not None and momentum > LARGEST_MOMENTUM_RESIDUAL:
         found.append(

@@ -45,7 +45,7 @@ class UpstrokeRecorder:
     def see(self, model: Model, before: State, after: State, report: StepReport) -> str | None:
         """Note what rose in this step."""
         if after.reflex.fired != before.reflex.fired:
-            self._discharges += after.reflex.excitation
+            self._discharges += [pulse for pulse in after.reflex.excitation if pulse not in self._discharges]
         for number, source in enumerate(after.sources):
             if number >= len(before.sources) or source is not before.sources[number]:
                 self._remember(source)
@@ -85,12 +85,13 @@ class UpstrokeRecorder:
         since = time - LATENCY
         middle, half = float(model.grid.cells[cell]), 0.5 * model.grid.cell_size
         listed = model.stimuli_longitudinal if layer == "longitudinal" else model.stimuli_circular
-        pulses = [pulse for pulse in self._pulses[layer] if pulse.begin <= time and pulse.end >= since]
-        pulses += listed.between(since, time)
+        until = time + model.dt_wall  # a stimulus is the mean over its step, and acts from the step's beginning
+        pulses = [pulse for pulse in self._pulses[layer] if pulse.begin <= until and pulse.end >= since]
+        pulses += listed.between(since, until)
         if layer == "circular":
-            pulses += [pulse for pulse in self._discharges if pulse.begin <= time and pulse.end >= since]
+            pulses += [pulse for pulse in self._discharges if pulse.begin <= until and pulse.end >= since]
             begun = state.trigger.start[cell]
-            if bool(((begun <= time) & (begun + state.trigger.duration[cell] >= since)).any()):
+            if bool(((begun <= until) & (begun + state.trigger.duration[cell] >= since)).any()):
                 return True
         elif model.pacemaker_cell is not None:
             driver = model.pacemaker_cell

@@ -16,7 +16,7 @@ from ..errors import DivergenceError
 from ..numerics.rates import rate_formula
 from ..numerics.transfer import average
 from ..tissue.bidomain import EllipticError, surface_operator
-from ..tissue.cells.plant import TABLE_HIGH, TABLE_LOW, CellConstants
+from ..tissue.cells.plant import FAST, TABLE_HIGH, TABLE_LOW, CellConstants
 from ..tissue.sheet import advance_sheet
 from ..tissue.surface import SurfaceOperator, SurfaceSizes
 from ..tissue.surface_sheet import advance_surface_sheet
@@ -325,21 +325,23 @@ def _advance_sheet(
 
 def _why_out_of_range(model: Model, tissue: _Tissue, stimulus: _Stimulus, field: str) -> str:
     """What takes a potential out of the tables: a stimulus, a reversal potential beyond them, or the step."""
-    total = tissue.conductances.sum(axis=0) + stimulus.conductance.ravel()
     current = stimulus.current.ravel()
     strongest = int(np.argmax(np.abs(current)))
     if current[strongest] != 0.0:
-        # Where a cell would end up if every channel were open: channels that are closed hold it back even less.
-        c, g = tissue.constants, tissue.conductances[:, strongest]
+        # Where a cell would end up with every channel open but the fast one, which inactivates: channels that are
+        # closed hold it back even less. Currents run at the tissue's rate (20), stimuli do not.
+        c, g = tissue.constants, tissue.constants.kinetics_rate * tissue.conductances[:, strongest]
+        g[FAST] = 0.0
         reversals = (c.calcium_reversal, c.calcium_reversal, c.potassium_reversal, c.potassium_reversal)
         pull = float(g @ np.array([*reversals, c.chloride_reversal]))
+        total = float(g.sum() + stimulus.conductance.ravel()[strongest])
         rate = (float(current[strongest]) + pull) / c.capacitance  # mV in a ms, from 0 mV
-        target = (float(current[strongest]) + pull) / float(total[strongest]) if total[strongest] > 0.0 else np.inf
+        target = (float(current[strongest]) + pull) / total if total > 0.0 else np.inf
         if not TABLE_LOW < target < TABLE_HIGH or abs(rate) * model.dt_wall * 1e3 > TABLE_HIGH - TABLE_LOW:
             layer = field.partition(" ")[0]
             names = {
-                "longitudinal": "pacemaker.intensity (or rings.intensity)",
-                "circular": "trigger.intensity or reflex.excitation_intensity",
+                "longitudinal": "pacemaker.intensity, or the strength of listed stimuli",
+                "circular": "trigger.intensity, reflex.excitation_intensity or rings.intensity",
             }
             return (
                 f"a stimulus of {current[strongest]:.4g} uA/cm^2 drives the cells there, beyond what their channels "
