@@ -148,8 +148,9 @@ def test_neighbours_run_side_by_side() -> None:
     assert one == two
 
 
-def test_workers_beyond_the_neighbours_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", "baseline", *SET, "--certain", "--workers", "3"]) == 2
+def test_workers_beyond_the_neighbours_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = str(tmp_path / "r")
+    assert main(["run", "baseline", *SET, "--certain", "--workers", "3", "--out", out]) == 2
     assert "choose 1 or 2" in capsys.readouterr().err
 
 
