@@ -8,7 +8,7 @@ import io
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -48,12 +48,13 @@ RISKY = ("=", "+", "-", "@", "\t", "\r")
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one point: folder of its run (none if it was refused), summary, and fingerprint of its numbers."""
+    """What became of one point: folder of its run (none if it was refused), summary, fingerprint, remarks."""
 
     point: Point
     folder: Path | None
     summary: Mapping[str, Any]
     fingerprint: str = ""
+    remarks: tuple[str, ...] = ()
 
     @property
     def status(self) -> str:
@@ -152,14 +153,14 @@ def _batch(
             missing[str(folder)] = _Task(configuration, folder, every)
         else:
             for point in points:
-                found(Row(point, folder, row.summary, row.fingerprint), kept=True)
+                found(replace(row, point=point), kept=True)
     for name in _carried_out(missing, workers):
         points = same[Path(name)]
         row = _stored(points[0], Path(name), say)
         if row is None:
             raise WriteError(f"{shown(name)} was written and cannot be read again; see whether the disk is in order")
         for point in points:
-            found(Row(point, row.folder, row.summary, row.fingerprint), kept=False)
+            found(replace(row, point=point), kept=False)
     ordered = tuple(rows[id(point)] for point in planned.points)
     table = target / TABLE
     try:
@@ -209,7 +210,9 @@ def _stored(point: Point, folder: Path, say: Callable[[str], None] | None) -> Ro
             reason = error if isinstance(error, DamagedResult) else f"{shown(str(folder))} is no whole result"
             say(f"{reason}; it is in {shown(str(aside))} and is run again")
         return None
-    return Row(point, folder, summary, str(found.about.get("fingerprint", "")))
+    remarks = found.about.get("remarks", ())
+    said = tuple(map(str, remarks)) if isinstance(remarks, list | tuple) else ()
+    return Row(point, folder, summary, str(found.about.get("fingerprint", "")), said)
 
 
 def _again(row: Row, say: Callable[[str], None] | None) -> bool:
@@ -276,12 +279,13 @@ def _table(keys: tuple[str, ...], rows: tuple[Row, ...], target: Path) -> bytes:
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     units = {key: FIELDS[key].unit if key in FIELDS else "" for key in keys}
-    writer.writerow(["name", *keys, *numbers, "fingerprint", "folder"])
+    writer.writerow(["name", *keys, *numbers, "remarks", "fingerprint", "folder"])
     for row, one in zip(rows, flat, strict=True):
         folder = _name_of(row.folder, target)
         given = {key: as_text(row.point.values[key]) if key in row.point.values else "" for key in units}
         values = [_guarded(text, units[key]) for key, text in given.items()]
-        cells = [row.point.name, *(_cell(one.get(name)) for name in numbers), row.fingerprint, folder]
+        said = " | ".join(row.remarks)
+        cells = [row.point.name, *(_cell(one.get(name)) for name in numbers), said, row.fingerprint, folder]
         name, *rest = map(_guarded, cells)
         writer.writerow([name, *values, *rest])
     return text.getvalue().encode("utf-8")

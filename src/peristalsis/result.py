@@ -228,6 +228,7 @@ class Result:
             "scenario": self.configuration.scenario,
             "configuration_sha256": self.configuration.digest(),
             "fingerprint": self.fingerprint,
+            "remarks": list(self.remarks),
             "code": code_version(),
             "versions": versions(),
             "machine": machine(),

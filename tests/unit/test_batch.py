@@ -178,6 +178,8 @@ def test_a_batch_is_run_once_and_tabled(tmp_path: Path) -> None:
     assert not {"solver_wall_s", "compile_wall_s"} & rows[0].keys()
     stored = ps.load(made.table.parent / rows[0]["folder"])
     assert stored.fingerprint == rows[0]["fingerprint"]
+    assert rows[0]["remarks"] == " | ".join(stored.remarks)
+    assert "are coarse for a wave" in rows[0]["remarks"]
     before = made.table.read_bytes()
     steps.clear()
     again = batch(plan, tmp_path / "out", progress=steps.append)

@@ -216,7 +216,7 @@ def test_balances_that_do_not_close_are_remarks(held: ps.Result) -> None:
     assert remarks_of_summary(held.configuration, summary, held.arrays) == []
 
 
-def test_forces_that_no_gut_bears_are_a_remark(held: Result) -> None:
+def test_forces_that_no_gut_bears_are_a_remark(held: ps.Result) -> None:
     summary = {**held.summary, "max_normal_force_mN": 2e6}
     found = remarks_of_summary(held.configuration, summary, held.arrays)
     assert any("max_normal_force_mN = 2e+06" in remark and "pellet.radius" in remark for remark in found)
