@@ -158,8 +158,11 @@ def attempt(interpreter: str, choice: str, folder: Path, bounds: Mapping[str, st
         call([python, "-m", "peristalsis", *words], folder, "command line", log)
         call([python, "-m", "peristalsis", "run", "--help"], folder, "help", log)
         files = [ROOT / "tests" / "unit" / name for name in TESTS]
-        said = call([python, "-m", "pytest", "-q", "-W", "default", "--rootdir", ROOT, *files], ROOT, "tests", log)
-        found["tests"] = counted(said)
+        words = ["-q", "-W", "default", "-p", "no:cacheprovider", "--rootdir", ROOT]
+        try:
+            call([python, "-m", "pytest", *words, *files], ROOT, "tests", log)
+        finally:
+            found["tests"] = counted(log.read_text(encoding="utf-8"))
     except Failed as failure:
         found["outcome"] = str(failure)
     except Exception as error:  # whatever it is, the other entries are tried
@@ -169,9 +172,9 @@ def attempt(interpreter: str, choice: str, folder: Path, bounds: Mapping[str, st
 
 
 def counted(said: str) -> str:
-    """Passed, failed and skipped tests in pytest's last line, without its time."""
-    line = said.strip().splitlines()[-1].strip("= ") if said.strip() else ""
-    return re.sub(r"\s+in [0-9.]+s.*$", "", line)
+    """Passed, failed and skipped tests in the last line that counts them; a dash if there is none."""
+    found = re.findall(r"^=*\s*((?:\d+ \w+,? )+)in [0-9.]+s", said, flags=re.MULTILINE)
+    return str(found[-1]).strip() if found else "–"
 
 
 def page(outcomes: Iterable[tuple[str, str, Mapping[str, object]]]) -> str:
