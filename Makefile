@@ -40,8 +40,8 @@ help:
 	@echo "make matrix   every Python that is found with the newest and the lowest libraries (goes on where it was stopped)"
 	@echo "make mutants  small errors put into the kernels one at a time: does the suite notice? (hours)"
 	@echo "make bench    what runs cost (writes docs/benchmarks; goes on where it was stopped; half an hour)"
-	@echo "make robust   440 random configurations: do they run, and is what they say true? (an hour; goes on where"
-	@echo "              it was stopped; ARGS='--quick' for one in seven, ARGS='--help' for more)"
+	@echo "make robust   440 random configurations, run and judged (goes on where it was stopped; three quarters of an hour on"
+	@echo "              two cores); make robust ARGS='--quick --workers 2' for every day; ARGS=--help says the rest"
 	@echo "make clean    remove .venv, caches and builds (results in out/ stay)"
 
 demo: $(READY)
@@ -87,8 +87,9 @@ mutants: $(READY)
 bench: $(READY)
 	@$(BIN)/peristalsis bench --full --out docs/benchmarks
 
+ARGS ?= --workers 2 --halving 20
 robust: $(READY)
-	@$(BIN)/python robustness/bench.py $(ARGS)
+	@$(BIN)/python -m robustness $(ARGS)
 
 clean:
 	rm -rf $(VENV) build dist .coverage .coverage.* .mypy_cache .pytest_cache .ruff_cache .hypothesis src/*.egg-info

@@ -1,156 +1,182 @@
-"""The page and the table of the bench."""
+"""The page of the bench: counts, bad rows with the lines that reproduce them, costs, changes, halvings."""
 
 from __future__ import annotations
 
-import csv
-import math
-import statistics
+import shlex
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Sequence
+from statistics import median
 from typing import Any
 
-import rules
-from plan import Case
+from .execution import Row
+from .plan import Case, groups, ranges
+from .rules import CLASSES, complaints, kind_of
 
-COLUMNS = ("number", "group", "outcome", "transit_s", "final_position_cm", "faults", "sentence")
-CHANGED = 1e-3
-"""Share by which an answer may move from one table to the next without a line."""
-
-Rows = Sequence[Mapping[str, Any]]
+MOST_CHANGES = 60
 
 
-def page(rows: Rows, halved: Rows, cases: Mapping[int, Case], quick: bool) -> str:
-    """Everything about a table of outcomes, in Markdown."""
-    bad = {row["number"]: rules.faults(row) for row in rows if rules.faults(row)}
-    title = "# Random configurations" + (" (quick plan)" if quick else "")
-    made = "Made by `make robust`; the ranges, each with its reason, are in `robustness/plan.toml`."
-    parts = [title, made, _counts(rows, bad), _costs(rows), _bad_rows(rows, bad, cases)]
-    if halved:
-        parts.append(halving(rows, halved))
-    return "\n\n".join(part for part in parts if part) + "\n"
+def command(case: Case) -> str:
+    """The command line that runs a case, into the folder out/robust-INDEX."""
+    parts = ["peristalsis", "run", case.scenario, "--reading", case.reading]
+    for key, value in case.all_changes().items():
+        parts += ["--set", f"{key}={value}"]
+    return shlex.join([*parts, "--no-plots", "--out", f"out/robust-{case.index}"])
 
 
-def _table(head: Sequence[str], lines: Sequence[Sequence[object]]) -> str:
-    def cell(value: object) -> str:
-        return f"{value:.4g}" if isinstance(value, float) else str(value).replace("|", "\\|")
+def toml(case: Case) -> str:
+    """The case as a configuration file: complete, so that it means the same under other defaults."""
+    from peristalsis import configuration
 
-    body = ["| " + " | ".join(cell(value) for value in line) + " |" for line in lines]
-    return "\n".join(["| " + " | ".join(head) + " |", "|" + " --- |" * len(head), *body])
-
-
-def _counts(rows: Rows, bad: Mapping[int, Sequence[str]]) -> str:
-    outcomes = sorted({str(row["outcome"]) for row in rows})
-    lines: list[list[object]] = []
-    for group in [*dict.fromkeys(str(row["group"]) for row in rows), "all"]:
-        own = [row for row in rows if group in ("all", row["group"])]
-        counts = Counter(str(row["outcome"]) for row in own)
-        remarked = sum(1 for row in own if row.get("remarks"))
-        faulty = sum(1 for row in own if row["number"] in bad)
-        lines.append([group, len(own), *(counts.get(name, 0) for name in outcomes), remarked, faulty])
-    return _table(["group", "runs", *outcomes, "with a remark", "bad"], lines)
+    return configuration(case.scenario, reading=case.reading, changes=case.all_changes()).to_toml()
 
 
-def _costs(rows: Rows) -> str:
-    costs = []
-    for row in rows:
-        summary = row.get("summary") or {}
-        if summary.get("simulated_s"):
-            costs.append((summary["solver_wall_s"] / summary["simulated_s"], row["number"]))
-    if not costs:
-        return ""
-    largest = sorted(costs)[-5:][::-1]
-    worst = ", ".join(f"{cost:.1f} (number {number})" for cost, number in largest)
-    middle = statistics.median(cost for cost, _ in costs)
-    return f"Seconds in the solver for a simulated second: median {middle:.2f}, largest {worst}."
+def case_of(row: Row) -> Case:
+    """The case of a row, all changes in one table."""
+    return Case(row["index"], row["group"], row["scenario"], row["reading"], row["changes"], {}, row.get("variant", ""))
 
 
-def _bad_rows(rows: Rows, bad: Mapping[int, Sequence[str]], cases: Mapping[int, Case]) -> str:
-    if not bad:
-        return "No run ended badly."
-    kinds = Counter(
-        fault.split(":")[0].split(" = ")[0].split(" by ")[0][:60] for found in bad.values() for fault in found
-    )
-    parts = ["## What ended badly", _table(["kind", "times"], [[kind, count] for kind, count in kinds.most_common()])]
-    for row in rows:
-        if row["number"] in bad:
-            told = "; ".join(bad[row["number"]])
-            parts.append(f"* number {row['number']}, {row['group']}: {told}\n  `{cases[row['number']].command()}`")
-    return "\n\n".join(parts[:2]) + "\n\n" + "\n".join(parts[2:])
-
-
-def halving(rows: Rows, halved: Rows) -> str:
-    """How far answers move on doubled grids and halved steps, with and without a remark of the run."""
-    base = {row["number"]: row for row in rows}
-    lines: list[list[object]] = []
-    largest = {True: 0.0, False: 0.0}
-    for row in sorted(halved, key=lambda one: (one["number"], one["key"])):
-        before = base.get(row["number"])
-        if before is None:
-            continue
-        length = (before.get("ends") or {}).get("length", 10.0)
-        moved = rules.change(before, row, length)
-        remarked = bool(before.get("remarks"))
-        if moved is not None:
-            largest[remarked] = max(largest[remarked], moved)
-        what = "doubled grid" if str(row["key"]).startswith("grid") else "halved step"
-        share = "–" if moved is None else "another end" if math.isinf(moved) else f"{100.0 * moved:.2f} %"
-        answers = [
-            " ".join(f"{part:.5g}" if isinstance(part, float) else part for part in rules.answer(one) or ("–",))
-            for one in (before, row)
+def page(
+    rows: Sequence[Row],
+    planned: int,
+    changed: Sequence[tuple[int, str, list[str]]] | None,
+    halvings: str = "",
+    title: str = "",
+) -> str:
+    """Markdown of everything that the rows tell."""
+    rows = sorted(rows, key=lambda row: row["index"])
+    bad = [row for row in rows if complaints(row)]
+    counts = Counter(kind_of(row) for row in rows)
+    wrong = counts["refused_wrongly"] + counts["broken_off"]
+    costs = sorted(row["cpu_per_s"] for row in rows if row.get("cpu_per_s") is not None)
+    lines = [
+        "# Random configurations",
+        "",
+        "Made by `make robust`; what is sampled, run and judged is in [robustness.md](../robustness.md). "
+        f"{title}{len(rows)} of {planned} cases run.",
+        "",
+        f"Refused wrongly or broken off: {wrong} of {len(rows)} ({100.0 * wrong / max(len(rows), 1):.2g} %); "
+        f"tracebacks: {counts['traceback']}; cases with any complaint: {len(bad)}.",
+    ]
+    if costs:
+        slowest = max((row for row in rows if row.get("cpu_per_s") is not None), key=lambda row: row["cpu_per_s"])
+        lines += [
+            "",
+            f"Processor seconds per simulated second: median {median(costs):.3g}, 95 % below "
+            f"{costs[int(0.95 * (len(costs) - 1))]:.3g}, largest {costs[-1]:.3g} (case {slowest['index']}, "
+            f"{slowest['group']}).",
         ]
-        lines.append([row["number"], row["group"], what, *answers, share, "yes" if remarked else "no"])
-    words = {
-        remarked: "another end" if math.isinf(value) else f"{100.0 * value:.2f} %"
-        for remarked, value in largest.items()
-    }
-    head = ["number", "group", "against", "as shipped", "finer", "change", "remark"]
-    told = f"Largest change without a remark: {words[False]}; with one: {words[True]}."
-    return "## Finer grids and steps\n\n" + told + "\n\n" + _table(head, lines)
+    lines += ["", "## Outcomes by group", "", _outcomes(rows), "", "## Complaints", "", _complaints(rows)]
+    lines += ["", "## Worst of each measure", "", _worst(rows)]
+    lines += ["", "## Changes since the last table", "", _changes(changed)]
+    if halvings:
+        lines += ["", "## Grids doubled, steps halved", "", halvings]
+    lines += [
+        "",
+        "## Bad rows",
+        "",
+        "`python -m robustness --show INDEX` prints any case as a file and as a command line.",
+        "",
+    ]
+    for row in bad:
+        lines += [_bad(row), ""]
+    return "\n".join(lines).rstrip() + "\n"
 
 
-def write_table(file: Path, rows: Rows) -> None:
-    """The table that the next one is compared with."""
-    with file.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for row in rows:
-            summary = row.get("summary") or {}
-            numbers = [summary.get("transit_s"), summary.get("final_position_cm")]
-            shown = ["" if value is None else f"{value:.6g}" for value in numbers]
-            told = str(row.get("sentence", ""))[:200]
-            writer.writerow([row["number"], row["group"], row["outcome"], *shown, len(rules.faults(row)), told])
+def _table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(str(cell).replace("|", "\\|") for cell in line) + " |" for line in lines)
 
 
-def read_table(file: Path) -> dict[int, dict[str, str]]:
-    """The last table by number; empty if there is none."""
-    if not file.exists():
-        return {}
-    with file.open(encoding="utf-8", newline="") as stream:
-        return {int(row["number"]): row for row in csv.DictReader(stream)}
-
-
-def regression(rows: Rows, before: Mapping[int, Mapping[str, str]]) -> str:
-    """Runs that end otherwise than in the last table."""
-    if not before:
-        return ""
-    lines: list[list[object]] = []
-    for row in rows:
-        old = before.get(int(row["number"]))
-        if old is None:
+def _outcomes(rows: Sequence[Row]) -> str:
+    table = []
+    for name in groups():
+        ours = [row for row in rows if row["group"] == name]
+        if not ours:
             continue
-        summary = row.get("summary") or {}
-        moved = False
-        for name in ("transit_s", "final_position_cm"):
-            new = summary.get(name)
-            if (new is None) != (old[name] == ""):
-                moved = True
-            elif new is not None:
-                moved |= abs(float(new) - float(old[name])) > CHANGED * max(abs(float(new)), 1.0)
-        if old["outcome"] != row["outcome"] or moved:
-            now = summary.get("transit_s") or summary.get("final_position_cm")
-            was = old["transit_s"] or old["final_position_cm"]
-            lines.append([row["number"], row["group"], f"{old['outcome']} {was}", f"{row['outcome']} {now}"])
-    if not lines:
-        return "\n## Against the last table\n\nNo outcome changed.\n"
-    return "\n## Against the last table\n\n" + _table(["number", "group", "was", "is"], lines) + "\n"
+        counts = Counter(kind_of(row) for row in ours)
+        worried = sum(1 for row in ours if kind_of(row) == "finished" and complaints(row))
+        about = ranges()["groups"][name]["what"]
+        table.append([about, len(ours), *(counts[kind] or "" for kind in CLASSES), worried or ""])
+    totals = Counter(kind_of(row) for row in rows)
+    worried = sum(1 for row in rows if kind_of(row) == "finished" and complaints(row))
+    table.append(["all", len(rows), *(totals[kind] or "" for kind in CLASSES), worried or ""])
+    return _table(["group", "cases", *(kind.replace("_", " ") for kind in CLASSES), "finished, complaints"], table)
+
+
+def _complaints(rows: Sequence[Row]) -> str:
+    counts: Counter[str] = Counter()
+    example: dict[str, int] = {}
+    for row in rows:
+        for kind in {_kind_of_complaint(text) for text in complaints(row)}:
+            counts[kind] += 1
+            example.setdefault(kind, row["index"])
+    if not counts:
+        return "None."
+    return _table(["complaint", "cases", "first"], [[kind, n, example[kind]] for kind, n in counts.most_common()])
+
+
+def _kind_of_complaint(text: str) -> str:
+    """A complaint without its numbers."""
+    head = text.split(" = ")[0].split(" of ")[0]
+    return " ".join(word for word in head.split() if not word[:1].isdigit() and word[:1] != "-")
+
+
+def _worst(rows: Sequence[Row]) -> str:
+    table = []
+    for name, least in WORST.items():
+        found = [
+            (float(value), row)
+            for row in rows
+            if (value := row.get(name, row.get("summary", {}).get(name))) is not None
+        ]
+        if found:
+            value, row = (min if least else max)(found, key=lambda pair: pair[0])
+            table.append([name, f"{value:.4g}", row["index"], row["group"], _changed(row)])
+    return _table(["measure", "worst", "case", "group", "what was varied"], table)
+
+
+WORST = {
+    "power_residual": False,
+    "momentum_residual": False,
+    "bulge_cm": False,
+    "oral_pole_cm": True,
+    "min_diameter_cm": True,
+    "max_diameter_cm": False,
+    "max_axial_force_mN": False,
+    "max_contact_pressure_kPa": False,
+    "newton_a_step": False,
+    "cpu_per_s": False,
+}
+"""Measure to whether the smallest is the worst."""
+
+HIDDEN = ("run.duration", "output.interval", "output.fields")
+
+
+def _changed(row: Row) -> str:
+    changes: dict[str, Any] = {key: value for key, value in row["changes"].items() if key not in HIDDEN}
+    text = ", ".join(f"{key} = {value}" for key, value in changes.items())
+    return f"{row['scenario']}, {row['reading']}: {text}"
+
+
+def _changes(changed: Sequence[tuple[int, str, list[str]]] | None) -> str:
+    if changed is None:
+        return "There is no last table."
+    if not changed:
+        return "None."
+    lines = [f"{len(changed)} cases changed.", ""]
+    lines += [f"- {index} ({group}): " + "; ".join(words) for index, group, words in changed[:MOST_CHANGES]]
+    if len(changed) > MOST_CHANGES:
+        lines.append(f"- and {len(changed) - MOST_CHANGES} more")
+    return "\n".join(lines)
+
+
+def _bad(row: Row) -> str:
+    words = " ".join(str(row["words"]).split())
+    lines = [f"### {row['index']}: {row['group']}, {kind_of(row)}", ""]
+    lines += [f"- {text}" for text in complaints(row)]
+    if words:
+        lines.append(f"- said: {words[-600:]}")
+    if row.get("other_ways"):
+        lines.append("- other ways: " + ", ".join(f"{way}: {outcome}" for way, outcome in row["other_ways"].items()))
+    lines += ["", "```sh", command(case_of(row)), "```"]
+    return "\n".join(lines)

@@ -257,7 +257,7 @@ def _record(task: _Task, status: str, error: str) -> None:
         "status": status,
         "error": " ".join(error.split()),
     }
-    files = tables.files_of(configuration.protocols) | {
+    files = tables.files_of(configuration.naming_tables()) | {
         CONFIGURATION_FILE: configuration.to_toml().encode("utf-8"),
         SUMMARY_FILE: (json.dumps(json_ready(summary), indent=2) + "\n").encode("utf-8"),
     }

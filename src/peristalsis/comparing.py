@@ -86,13 +86,18 @@ def changed_keys(runs: Mapping[str, Result]) -> dict[str, list[Any]]:
 
 
 def _in_words(configuration: Configuration) -> dict[str, Any]:
-    """Every input as it would stand in a file, but regions in a few words, and maps by a digest of their values."""
+    """Every input as it would stand in a file, but regions and stimuli in a few words, and maps by a digest."""
     texts = configuration.texts()
     words = "; ".join(region.words() for region in configuration.regions)
     if any(region.shape.NAME == "map" for region in configuration.regions):
-        content = json.dumps(texts["regions"], sort_keys=True).encode("ascii")
-        words += f" (sha256 {hashlib.sha256(content).hexdigest()[:12]})"
-    return texts | {"regions": words or "none"}
+        words += f" (sha256 {_short_hash(texts['regions'])})"
+    listed = texts.get("stimuli", [])
+    said = "; ".join(listed) if len(listed) <= 3 else f"{len(listed)} of them, sha256 {_short_hash(listed)}"
+    return texts | {"regions": words or "none", "stimuli": said or "none"}
+
+
+def _short_hash(content: object) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode("ascii")).hexdigest()[:12]
 
 
 def diameters(result: Result) -> Floats:

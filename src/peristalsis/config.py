@@ -33,13 +33,16 @@ from peristalsis.paths import beside_file, located
 from peristalsis.protocols import Protocol, values_at
 from peristalsis.protocols import parse as parse_protocol
 from peristalsis.protocols import parse_all as parse_protocols
+from peristalsis.protocols import shortened as shorten_protocols
 from peristalsis.recording import CHOICES as FIELD_CHOICES
 from peristalsis.recording import choices
 from peristalsis.regions import Region
 from peristalsis.regions import read as read_regions
 from peristalsis.regions import schema as regions_schema
+from peristalsis.stimuli import MOST_WRITTEN as MOST_LISTED
 from peristalsis.stimuli import Stimulus
 from peristalsis.stimuli import read as read_stimuli
+from peristalsis.stimuli import texts as stimuli_texts
 
 LAYERS = ("longitudinal", "circular")
 
@@ -420,7 +423,7 @@ class Configuration(BaseModel):
         }
         del texts["stimuli"]
         if self.stimuli:
-            texts["stimuli"] = [stimulus.text() for stimulus in self.stimuli]
+            texts["stimuli"] = stimuli_texts(self.stimuli)
         return texts | {"regions": [region.table() for region in self.regions]}
 
     def items(self, scenario: Configuration | None = None) -> Iterator[Entry]:
@@ -454,7 +457,7 @@ class Configuration(BaseModel):
             raise ValueError("not a list of protocols, each one line of text")
         numbers = _numbers()
         read = [one for line in lines[: MOST_PROTOCOLS + 1] for one in parse_protocols(line, numbers)]  # others unread
-        return tuple(protocol.text(numbers[protocol.parameter]) for protocol in read)
+        return tuple(protocol.text(numbers[protocol.parameter]) for protocol in shorten_protocols(read))
 
     @field_validator("stimuli", mode="before")
     @classmethod
@@ -488,9 +491,13 @@ class Configuration(BaseModel):
         update = {name: getattr(self, name).model_copy(update=fields) for name, fields in sections.items()}
         return self.model_copy(update=update)
 
+    def naming_tables(self) -> tuple[str, ...]:
+        """The lines of text that may name a table kept by its content."""
+        return (*self.protocols, *(stimuli_texts(self.stimuli) if len(self.stimuli) > MOST_LISTED else ()))
+
     def __getstate__(self) -> dict[Any, Any]:
         """For other processes: with the tables of many rows that protocols name."""
-        return super().__getstate__() | {"tables": tables.held(self.protocols)}
+        return super().__getstate__() | {"tables": tables.held(self.naming_tables())}
 
     def __setstate__(self, state: dict[Any, Any]) -> None:
         tables.hold_all(state.pop("tables"))

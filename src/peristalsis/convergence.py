@@ -111,8 +111,12 @@ def _own_source(configuration: Configuration, arrays: Mapping[str, Any]) -> floa
     known = np.where(np.isfinite(first), first, np.inf)
     reach = max(2, round(APART / float(z[1] - z[0])))
     p = configuration.pacemaker
-    driven = (z >= p.place - APART) & (z <= p.place + p.width + APART)
-    if p.kind == "none":
+    own = [one for one in configuration.stimuli if one.layer == "longitudinal"]
+    driven = np.zeros(z.size, dtype=bool)
+    paced = [] if p.kind == "none" else [(p.place, p.place + p.width)]
+    for low, high in paced + [(one.low, one.high) for one in own]:
+        driven |= (z >= low - APART) & (z <= high + APART)
+    if not driven.any():
         return float(z[np.argmin(known)])
     for k in range(z.size):
         if driven[k] or not np.isfinite(known[k]):
@@ -137,13 +141,14 @@ def _most_upstrokes(arrays: Mapping[str, Any]) -> int:
 
 
 def _drives(configuration: Configuration, until: float) -> int | None:
-    """Pulses of the pacemaker up to a time [s]; None where a cell of its own rhythm or a protocol drives."""
+    """Pulses of pacemaker and stimuli up to a time [s]; None where a cell of its own rhythm or a protocol drives."""
     p = configuration.pacemaker
     if p.kind == "cell" or any(key.startswith("pacemaker.") for key in configuration.protocols):
         return None
+    listed = sum(one.layer == "longitudinal" and one.onset <= until for one in configuration.stimuli)
     if p.kind == "none" or until < p.onset:
-        return 0
-    return 1 if p.kind == "pulse" else min(p.count, 1 + math.floor((until - p.onset) / p.period))
+        return listed
+    return listed + (1 if p.kind == "pulse" else min(p.count, 1 + math.floor((until - p.onset) / p.period)))
 
 
 def _stretched_front(configuration: Configuration, arrays: Mapping[str, Any]) -> list[str]:

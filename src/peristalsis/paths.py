@@ -33,7 +33,7 @@ def beside_file(tables: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 def _beside(key: str, value: Any, folder: Path) -> Any:
     if key == "protocols" and isinstance(value, str):
-        head, word, file = value.partition(": table ")
+        head, word, file = value.partition(": step " if ": step table-" in value else ": table ")
         return f"{head}{word}{located(file.strip(), folder)}" if word and file.strip() else value
     if key == "stimuli" and isinstance(value, str) and value.strip().startswith("table "):
         return f"table {located(value.strip().removeprefix('table ').strip(), folder)}"

@@ -23,6 +23,8 @@ from .errors import ConfigurationError, shown, suggestion
 from .paths import located
 
 SHAPES = ("step", "ramp", "table")
+MOST_WRITTEN = 4000
+"""Values of all protocols together that are written out in a configuration, whose text has a limit."""
 
 CHANGEABLE_SECTIONS = ("pacemaker", "trigger", "reflex", "rings")
 FIXED_KEYS = (
@@ -98,7 +100,7 @@ class Protocol:
     def text(self, unit: str) -> str:
         """The protocol as a line of text that `parse` reads back identically."""
         if self.file:
-            return f"{self.parameter}: table {self.file}"
+            return f"{self.parameter}: {'step' if self.shape == 'step' else 'table'} {self.file}"
         knots = (
             f"{_number(value, unit)} at {units.format_quantity(time, 's')}"
             for time, value in zip(self.times, self.values, strict=True)
@@ -131,10 +133,10 @@ def parse_all(text: object, numbers: dict[str, str]) -> list[Protocol]:
         courses = tables.read(located(body.strip()), key, numbers)
         for name in courses:
             _check_key(name, numbers)
-        return [
-            Protocol(name, "ramp", cast("Sequence[float]", one.times), cast("Sequence[float]", one.values), one.name)
-            for name, one in courses.items()
-        ]
+        return [_of_course(name, "ramp", one) for name, one in courses.items()]
+    if shape == "step" and tables.is_name(located(body.strip())):
+        (one,) = tables.read(located(body.strip()), key, numbers).values()
+        return [_of_course(key, "step", one)]
     if body.count(",") >= tables.MOST_KNOTS:  # before each is read
         raise ConfigurationError(
             f"protocols: {key} has more than {tables.MOST_KNOTS} values; thin them out, or give them as a table"
@@ -144,6 +146,26 @@ def parse_all(text: object, numbers: dict[str, str]) -> list[Protocol]:
     if any(later <= earlier for earlier, later in pairwise(times)) or times[0] < 0.0:
         raise ConfigurationError(f"protocols: the times of {key} do not increase from 0 s on; put them in order")
     return [Protocol(key, shape, times, values)]
+
+
+def shortened(protocols: Sequence[Protocol]) -> list[Protocol]:
+    """The same, the longest kept as tables where all their values would make the text of a configuration too long."""
+    found = list(protocols)
+    while sum(len(one.times) for one in found if not one.file) > MOST_WRITTEN:
+        place = max((k for k, one in enumerate(found) if not one.file), key=lambda k: len(found[k].times))
+        found[place] = _kept(found[place])
+    return found
+
+
+def _kept(protocol: Protocol) -> Protocol:
+    import numpy as np
+
+    one = tables.hold(np.array(protocol.times), np.array(protocol.values))
+    return _of_course(protocol.parameter, protocol.shape, one)
+
+
+def _of_course(key: str, shape: str, one: tables.Course) -> Protocol:
+    return Protocol(key, shape, cast("Sequence[float]", one.times), cast("Sequence[float]", one.values), one.name)
 
 
 def _check_key(key: str, numbers: dict[str, str]) -> None:

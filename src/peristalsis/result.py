@@ -156,6 +156,8 @@ class Result:
         for name, values in self.arrays.items():
             output = self.foreign[name] if name in self.foreign else OUTPUTS[name]
             attributes = {"units": output.unit, "long_name": output.long_name}
+            if not output.unit:  # of words
+                del attributes["units"]
             variables[name] = (output.dimensions, values, attributes)
         data = {name: value for name, value in variables.items() if name not in coordinates}
         coords = {name: value for name, value in variables.items() if name in coordinates}
@@ -208,7 +210,7 @@ class Result:
         try:
             image = netcdf_image(self.arrays, self._attributes(), self.foreign)
             summary = json.dumps(json_ready(self.summary), indent=2, allow_nan=False) + "\n"
-            files = tables.files_of(self.configuration.protocols) | {
+            files = tables.files_of(self.configuration.naming_tables()) | {
                 RESULT_FILE: image,
                 CONFIGURATION_FILE: self.configuration.to_toml().encode("utf-8"),
                 SUMMARY_FILE: summary.encode("utf-8"),
@@ -367,8 +369,8 @@ def _decoded(image: bytes, remarks: tuple[str, ...], alone: bool) -> Result:
 
 def _foreign(name: str, variable: xarray.DataArray) -> Output:
     """An output that was registered where the run was made."""
-    words = (str(variable.attrs.get(key, "")) for key in ("units", "long_name"))
-    return Output(name, tuple(map(str, variable.dims)), *words)
+    unit, long_name = (str(variable.attrs.get(key, "")) for key in ("units", "long_name"))
+    return Output(name, tuple(map(str, variable.dims)), unit, long_name)
 
 
 def json_ready(value: Any) -> Any:

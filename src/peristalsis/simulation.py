@@ -8,7 +8,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, is_dataclass, replace
 from os import PathLike
 from typing import Any
@@ -133,10 +133,15 @@ class Simulation:
         would have ended before with these changes.
         """
         found = newest_of(located(folder))
-        tables.hold_all(unpack(found.content, {"tables": dict[str, np.ndarray]})["tables"])
+        with suppress(ValueError):  # of a version without tables: `restore` says what is to be said
+            tables.hold_all(unpack(found.content, {"tables": dict[str, np.ndarray]})["tables"])
         configuration = Configuration.from_toml(found.head.configuration)
         if changes is not None:
-            configuration = configuration.with_changes(changes)
+            begun, configuration = configuration, configuration.with_changes(changes)
+            if begun.digest(ends=False) != configuration.digest(ends=False):
+                raise ConfigurationError(
+                    f"a run that is under way is not made another one: only {', '.join(ENDS)} can change; run it anew"
+                )
         simulation = cls(configuration, observers, progress)
         simulation.restore(found)
         return simulation
@@ -234,10 +239,13 @@ class Simulation:
         """The checkpoint of a run that is stored, without what its result holds: a longer run goes on from it."""
         parts = self._parts()
         for name, (observer, hint) in parts.items():
-            if isinstance(observer, ScalarRecorder | ProbeRecorder):
-                parts[name] = (replace(observer, rows=[]), hint)
-            elif isinstance(observer, FieldRecorder):
-                parts[name] = (replace(observer, steps=[], frames={}), hint)
+            match observer:
+                case ScalarRecorder():
+                    parts[name] = (replace(observer, rows=[]), hint)
+                case ProbeRecorder():
+                    parts[name] = (replace(observer, rows=[]), hint)
+                case FieldRecorder():
+                    parts[name] = (replace(observer, steps=[], frames={}), hint)
         return pack(parts)
 
     def restore(self, found: Found) -> None:
@@ -331,7 +339,10 @@ class Simulation:
             "head": (head, Head),
             "clock": (clock, _Clock),
             "state": (self.state, State),
-            "tables": (tables.held((*begun.protocols, *self.configuration.protocols)), dict[str, np.ndarray]),
+            "tables": (
+                tables.held((*begun.naming_tables(), *self.configuration.naming_tables())),
+                dict[str, np.ndarray],
+            ),
         }
         return parts | {name: (observer, type(observer)) for name, observer in self._kept_observers().items()}
 

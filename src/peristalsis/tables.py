@@ -35,8 +35,8 @@ LARGEST_FILE = 500_000_000
 """Bytes of a CSV file."""
 HEADER = "write a first line such as 'time [s],value [kPa]', or 'time [s],lumen.pressure [kPa],circular.active'"
 
-_NAME = re.compile(r"table-([0-9a-f]{64})\.npy")
-_LINE = re.compile(r":\s*table\s+(?:.*/)?(table-[0-9a-f]{64}\.npy)\s*")
+_NAME = re.compile(r"(table|stimuli)-([0-9a-f]{64})\.npy")
+_LINE = re.compile(r"(?:^|:)\s*(?:table|step)\s+(?:.*/)?((?:table|stimuli)-[0-9a-f]{64}\.npy)\s*")
 
 
 class Course(NamedTuple):
@@ -49,6 +49,8 @@ class Course(NamedTuple):
 
 _held: dict[str, Course] = {}
 """Courses of many rows that this process knows, by their names."""
+_lists: dict[str, Floats] = {}
+"""Lists of many stimuli that this process knows, a row for each, by their names."""
 
 
 def read(path: Path, key: str, numbers: Mapping[str, str]) -> dict[str, Course]:
@@ -56,7 +58,7 @@ def read(path: Path, key: str, numbers: Mapping[str, str]) -> dict[str, Course]:
 
     numbers: every numeric parameter with its canonical unit. Raises ConfigurationError naming file, cause and fix.
     """
-    if _NAME.fullmatch(path.name):
+    if is_name(path):
         return {key: _of_name(path, key)}
     name, content = shown(str(path)), _content(path, key)
     head, _, body = content.removeprefix(b"\xef\xbb\xbf").lstrip(b"\r\n").partition(b"\n")
@@ -77,6 +79,12 @@ def read(path: Path, key: str, numbers: Mapping[str, str]) -> dict[str, Course]:
     else:
         found = _many(body, given, columns, numbers, name)
     return found
+
+
+def is_name(path: Path) -> bool:
+    """Whether a file has the name of a course that is kept by its content."""
+    found = _NAME.fullmatch(path.name)
+    return found is not None and found.group(1) == "table"
 
 
 def _titled(cell: str) -> tuple[str, str | None]:
@@ -127,12 +135,21 @@ def _few(
         rows = [row for row in csv.reader(text) if any(cell.strip() for cell in row)]
     except (UnicodeDecodeError, csv.Error):
         raise ConfigurationError(f"{name} cannot be read: it is not a text file of UTF-8 CSV; check it") from None
-    if any(len(row) != len(given) for row in rows):
-        raise ConfigurationError(f"{name}: not a header and rows of two columns or more, as many in each; {HEADER}")
-    times = tuple(units.parse(f"{row[0].strip()} {given[0][1]}", "s", f"{name}, time") for row in rows)
+    for number, row in enumerate(rows, 1):
+        if len(row) != len(given):
+            raise _ragged(name, number, len(row), len(given))
+    times = tuple(
+        units.parse(f"{row[0].strip()} {given[0][1]}", "s", f"{name}, row {number}, time")
+        for number, row in enumerate(rows, 1)
+    )
     _check_rise(times, name)
     return {
-        key: Course(times, tuple(_cell(row[at], given[at][1], numbers[key], key) for row in rows))
+        key: Course(
+            times,
+            tuple(
+                _cell(row[at], given[at][1], numbers[key], f"{key}, row {number}") for number, row in enumerate(rows, 1)
+            ),
+        )
         for key, at in columns.items()
     }
 
@@ -166,6 +183,10 @@ def _many(
         raise ConfigurationError(f"{name}: {str(error).split(';')[0].rstrip('.')}; give plain numbers") from None
     if len(table) > MOST_ROWS:
         raise ConfigurationError(f"{name} has more than {MOST_ROWS} rows; thin it out")
+    if body.count(b",") != len(table) * (len(given) - 1):  # decimal commas, for example
+        for number, line in enumerate((one for one in body.splitlines() if one.strip()), 1):
+            if line.count(b",") != len(given) - 1:
+                raise _ragged(name, number, line.count(b",") + 1, len(given))
     if not np.isfinite(table).all():
         row = int(np.flatnonzero(~np.isfinite(table).all(axis=1))[0])
         raise ConfigurationError(f"{name}: row {row + 1} holds a number that is not finite; give plain numbers")
@@ -190,11 +211,19 @@ def _converted(column: Floats, unit: str | None, wanted: str, where: str) -> Flo
 
 
 def _check_rise(times: Any, name: str) -> None:
-    rising = (
-        all(a < b for a, b in pairwise(times)) if isinstance(times, tuple) else bool((times[1:] > times[:-1]).all())
+    if isinstance(times, tuple):
+        wrong = [row for row, (a, b) in enumerate(pairwise(times), 2) if not a < b]
+    else:
+        wrong = [row + 2 for row in (~(times[1:] > times[:-1])).nonzero()[0][:1].tolist()]
+    if times[0] < 0.0 or wrong:
+        row = 1 if times[0] < 0.0 else wrong[0]
+        raise ConfigurationError(f"{name}: the times do not increase from 0 s on at row {row}; put them in order")
+
+
+def _ragged(name: str, row: int, cells: int, wanted: int) -> ConfigurationError:
+    return ConfigurationError(
+        f"{name}: row {row} has {cells} cells and the header {wanted}; give one a column, with decimal points"
     )
-    if not rising or times[0] < 0.0:
-        raise ConfigurationError(f"{name}: the times do not increase from 0 s on; put them in order, each once")
 
 
 # --- by name ----------------------------------------------------------------------------------------
@@ -212,18 +241,56 @@ def hold(times: Floats, values: Floats) -> Course:
     return _held[name]
 
 
+def hold_list(rows: Floats) -> str:
+    """Keep many stimuli in this process, a row of 8 numbers for each, under the name that their content gives them."""
+    import numpy as np
+
+    own = np.array(rows, dtype="<f8")
+    own.setflags(write=False)
+    name = f"stimuli-{hashlib.sha256(own.tobytes()).hexdigest()}.npy"
+    _lists.setdefault(name, own)
+    return name
+
+
+def list_of(path: Path) -> Floats | None:
+    """The stimuli that are kept, or stored, under such a name; None for a file of another name.
+
+    Raises ConfigurationError if it is not here, or is not what its name says.
+    """
+    found = _NAME.fullmatch(path.name)
+    if found is None or found.group(1) != "stimuli":
+        return None
+    if path.name not in _lists:
+        if not path.exists():
+            raise ConfigurationError(
+                f"stimuli: the list {path.name[:20]}... is not here: it is stored beside the config.toml of its run; "
+                "give the configuration as that file, or name the CSV file"
+            )
+        try:
+            _decoded_list(path.name, _content(path, "stimuli"))
+        except ValueError as error:
+            raise ConfigurationError(
+                f"{shown(str(path))} cannot be read: {error}; take it from its run again"
+            ) from None
+    return _lists[path.name]
+
+
 def held(lines: Iterable[str]) -> dict[str, Floats]:
     """The courses that canonical protocols name: name of the file to times and values, (2, n)."""
     import numpy as np
 
     names = [found.group(1) for line in lines if (found := _LINE.search(line))]
-    return {name: np.array(_held[name][:2]) for name in names if name in _held}
+    courses = {name: np.array(_held[name][:2]) for name in names if name in _held}
+    return courses | {name: _lists[name] for name in names if name in _lists}
 
 
 def hold_all(tables: Mapping[str, Floats]) -> None:
     """Keep the courses that `held` gave in another process."""
-    for table in tables.values():
-        hold(table[0], table[1])
+    for name, table in tables.items():
+        if name.startswith("stimuli-"):
+            hold_list(table)
+        else:
+            hold(table[0], table[1])
 
 
 def files_of(lines: Iterable[str]) -> dict[str, bytes]:
@@ -241,17 +308,34 @@ def files_of(lines: Iterable[str]) -> dict[str, bytes]:
 def take_in(files: Mapping[str, bytes]) -> None:
     """Keep the courses among the files of a stored run. Raises ValueError if one is not what its name says."""
     for name, content in files.items():
-        if _NAME.fullmatch(name):
+        found = _NAME.fullmatch(name)
+        if found is not None and found.group(1) == "stimuli":
+            _decoded_list(name, content)
+        elif found is not None:
             _decoded(name, content)
+
+
+def _array(name: str, content: bytes) -> Any:
+    import numpy as np
+
+    try:
+        return np.load(io.BytesIO(content), allow_pickle=False)
+    except (EOFError, OSError, MemoryError, SyntaxError, TokenError) as error:  # of a file that somebody else made
+        raise ValueError(f"{name} is no table of numbers ({type(error).__name__})") from None
+
+
+def _decoded_list(name: str, content: bytes) -> None:
+    rows = _array(name, content)
+    if rows.dtype != "<f8" or rows.ndim != 2 or rows.shape[1] != 8 or not rows.size:
+        raise ValueError(f"{name} is no list of stimuli")
+    if hold_list(rows) != name:
+        raise ValueError(f"{name} was changed: its content has another hash")
 
 
 def _decoded(name: str, content: bytes) -> Course:
     import numpy as np
 
-    try:
-        table = np.load(io.BytesIO(content), allow_pickle=False)
-    except (EOFError, OSError, MemoryError, SyntaxError, TokenError) as error:  # of a file that somebody else made
-        raise ValueError(f"{name} is no table of times and values ({type(error).__name__})") from None
+    table = _array(name, content)
     if table.dtype != np.float64 or table.ndim != 2 or len(table) != 2 or not table.size:
         raise ValueError(f"{name} is no table of times and values")
     if not (np.isfinite(table).all() and (np.diff(table[0]) > 0.0).all() and table[0, 0] >= 0.0):

@@ -66,6 +66,7 @@ _RAISED = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789")
 _RAISED_TEXT = re.compile("[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 _POWER_OF_TEN = re.compile(r"\s*\*\s*10\^?([+-]?[0-9]{1,3})(?![0-9.])")
 _LONGEST_TEXT = 80
+_LONGEST_PLAIN = 30
 
 
 class QuantityError(ValueError):
@@ -131,6 +132,11 @@ def format_quantity(value: float, unit: str) -> str:
     """The shortest text that `read` turns back into exactly this number."""
     number = repr(float(value))
     return number if unit == DIMENSIONLESS else f"{number} {unit}"
+
+
+def is_plain(text: str) -> bool:
+    """Whether a text is a decimal number of moderate size and nothing else."""
+    return len(text) <= _LONGEST_PLAIN and _NUMBER.fullmatch(text) is not None
 
 
 def to_internal(value: float, unit: str) -> float:

@@ -27,7 +27,7 @@ ALLOWED = {
     "tables": {"tables", "paths", "units", "errors"},
     "protocols": {"protocols", "tables", "paths", "units", "errors"},
     "regions": {"regions", "disk", "paths", "units", "errors"},
-    "stimuli": {"stimuli", "paths", "units", "errors"},
+    "stimuli": {"stimuli", "tables", "paths", "units", "errors"},
     "names": {"names"},
     "recording": {"recording", "names"},
     "consistency": {"consistency", "config", "parameters", "recording", "regions", "units", "errors"},

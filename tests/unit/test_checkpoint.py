@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,7 +16,7 @@ from typing_extensions import TypeAliasType
 
 import peristalsis as ps
 from peristalsis import checkpoint, disk, environment
-from peristalsis.checkpoint import Checkpoints, newest, newest_of
+from peristalsis.checkpoint import Checkpoints, Head, newest, newest_of
 from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError, DamagedResult, WriteError
 from peristalsis.observers import Callback
@@ -494,3 +494,11 @@ def test_objects_are_never_packed_and_never_made() -> None:
 
 def test_the_code_is_named_by_version_and_sources() -> None:
     assert environment.code_version().startswith(f"{ps.__version__}-")
+
+
+def test_a_checkpoint_of_a_version_without_tables_is_named(tmp_path: Path) -> None:
+    """It holds no tables, which is no reason for a traceback: its version is."""
+    head = replace(Simulation(coarse())._parts()["head"][0], code="an older one")
+    (tmp_path / CHECKPOINTS[0]).write_bytes(pack({"head": (head, Head)}))
+    with pytest.raises(ConfigurationError, match="written by version an older one"):
+        Simulation.resume(tmp_path)

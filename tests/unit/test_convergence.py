@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
+from peristalsis import convergence
 from peristalsis.build import build
+from peristalsis.config import Configuration
 from peristalsis.convergence import remarks, start_remarks
 from peristalsis.result import Result
 from peristalsis.simulation import Simulation
@@ -61,6 +63,20 @@ def test_receptors_at_their_threshold_are_named(ratio: float, named: bool) -> No
     assert any("near a threshold" in text for text in start_remarks(near)) is named
     silent = replace(near, reflex=near.reflex._replace(enabled=False))
     assert start_remarks(silent) == []
+
+
+def test_listed_stimuli_are_no_tissue_that_fires_by_itself() -> None:
+    """What starts at a stimulus, alone or beside the pacemaker, is driven; what starts elsewhere is not."""
+    line = "longitudinal: 2 uA/cm^2 at 0.1 s for 50 ms over 5 cm to 5.3 cm"
+    z = np.linspace(0.01, 9.99, 500)
+    first = 0.1 + np.abs(z - 5.15) / 3.0
+    arrays = {"z_cell": z, "activation_longitudinal": first[:, None]}
+    for kind in ("none", "pulse"):
+        driven = Configuration().with_changes({"pacemaker.kind": kind, "stimuli": [line]})
+        assert convergence._own_source(driven, arrays) is None
+        assert convergence._drives(driven, 1.0) == (1 if kind == "none" else 2)
+        alone = driven.with_changes({"stimuli": []})
+        assert convergence._own_source(alone, arrays) == pytest.approx(5.15, abs=0.02)
 
 
 def test_tissue_that_fires_by_itself_is_named(short: Result) -> None:

@@ -359,3 +359,35 @@ def test_what_a_comparison_cuts_is_said(run: ps.Result, bare: ps.Result) -> None
     assert cuts({"a": run, "b": run}) == []
     (sentence,) = cuts({"a": run, "b": bare})
     assert "a 0.3 s, b 0.05 s" in sentence
+
+
+def test_tables_in_other_units(run: ps.Result, tmp_path: Path) -> None:
+    """Each number converts once, its column says to what, and what does not convert stays; the order is the wish's."""
+
+    def columns(folder: str, *units: str) -> dict[str, list[str]]:
+        found: dict[str, list[str]] = {}
+        for file in export_csv(run, tmp_path / folder, units=units):
+            rows = list(csv.reader(file.read_text(encoding="ascii").splitlines()))
+            found |= {f"{file.stem}: {name}": [row[k] for row in rows[1:]] for k, name in enumerate(rows[0])}
+        return found
+
+    def last(table: dict[str, list[str]], name: str) -> float:
+        return float(table[name][-1])
+
+    own, other, si = columns("own"), columns("other", "Pa", "mm"), columns("si", "SI")
+    place = last(own, "curves: pellet_position [cm]")
+    assert last(other, "curves: pellet_position [mm]") == pytest.approx(10.0 * place)
+    assert last(si, "curves: pellet_position [m]") == pytest.approx(0.01 * place)
+    pressure = last(own, "curves: lumen_pressure [kPa]")
+    assert last(other, "curves: lumen_pressure [Pa]") == pytest.approx(1000.0 * pressure)
+    assert last(si, "curves: axial_force [N]") == pytest.approx(1e-3 * last(own, "curves: axial_force [mN]"))
+    assert last(other, "curves: axial_force [mN]") == last(own, "curves: axial_force [mN]")
+    assert len(own) == len(other) == len(si)
+    left = {name.rpartition("[")[2] for name in si if name.startswith("curves") and name.endswith("]")}
+    assert not left & {"cm]", "mm]", "kPa]", "mN]", "mN*cm]", "cm/s]", "mV]"}
+
+
+@pytest.mark.parametrize(("unit", "cause"), [("cubits", "unknown"), ("kelvin", "no number of a run"), ("2 mm", "unit")])
+def test_units_that_no_number_has_are_refused(run: ps.Result, tmp_path: Path, unit: str, cause: str) -> None:
+    with pytest.raises(ConfigurationError, match=cause):
+        export_csv(run, tmp_path / "csv", units=(unit,))

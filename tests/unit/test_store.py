@@ -337,7 +337,7 @@ def test_pictures_are_stored_with_a_result_and_not_listed(tmp_path: Path) -> Non
     )
     workspace.close()
     assert (target / "a.png").exists()
-    assert list(verify(target).files) == ["config.toml", "summary.json"]
+    assert set(verify(target).files) == {"summary.json", "config.toml"}
 
 
 def test_links_in_a_hidden_folder_are_removed_and_not_followed(tmp_path: Path) -> None:

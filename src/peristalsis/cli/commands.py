@@ -17,7 +17,7 @@ from .verify_command import verify
 
 EXIT_CODES = (
     "Exit codes: 0 finished, whatever the pellet did; 1 a check ran and failed; 2 bad input; "
-    "3 the run diverged; 4 a result could not be written; 130 interrupted."
+    "3 the run diverged, or points of a batch have no result; 4 a result could not be written; 130 interrupted."
 )
 
 EXAMPLES = {
@@ -342,6 +342,10 @@ def export_(
         ),
     ] = None,
     compress: Annotated[bool, typer.Option("--compress", help="Write .csv.gz files.")] = False,
+    units: Annotated[
+        str | None,
+        typer.Option("--units", metavar="U,U,...", help="Units of the tables, such as 'mm,Pa,N', or SI."),
+    ] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> Job:
@@ -351,7 +355,7 @@ def export_(
     """
     from .stored import export
 
-    return Job(lambda screen: export(folder, kind, out, overwrite, screen, every, fields or [], compress))
+    return Job(lambda screen: export(folder, kind, out, overwrite, screen, every, fields or [], compress, units))
 
 
 @app.command("compare", epilog=_epilog("compare"))

@@ -88,6 +88,7 @@ def validate(file: str, screen: Screen) -> int:
     changed = [entry.key for entry in _entries(configuration) if entry.tag == "set by user"]
     if configuration.regions != scenarios.unchanged(configuration).regions:
         changed.append("regions")
+    changed += [name for name in ("protocols", "stimuli") if getattr(configuration, name)]
     screen.say(
         f"{spelled(file)} is valid: scenario {configuration.scenario}, reading {configuration.reading}, "
         f"{len(changed)} parameters changed" + (f" ({', '.join(changed)})" if changed else "")

@@ -80,14 +80,15 @@ def export(
     every: str | None = None,
     fields: Sequence[str] = (),
     compress: bool = False,
+    units: str | None = None,
 ) -> int:
     """Write a stored run for other programs: its numbers as CSV files, or its surfaces as VTK files."""
     if kind not in EXPORTS:
         raise ConfigurationError(
             f"--format {shown(kind)}: not one of {', '.join(EXPORTS)}; {suggestion(kind, EXPORTS)}"
         )
-    if kind == "vtk" and (every is not None or fields or compress):
-        raise ConfigurationError("--every, --field and --compress are for --format csv; leave them out")
+    if kind == "vtk" and (every is not None or fields or compress or units):
+        raise ConfigurationError("--every, --field, --compress and --units are for --format csv; leave them out")
     from ..units import parse
 
     seconds = None if every is None else parse(every, "s", "--every")
@@ -98,7 +99,8 @@ def export(
     def write() -> list[Path]:
         if kind == "vtk":
             return export_vtk(result, target)
-        return export_csv(result, target, seconds, tuple(dict.fromkeys(fields)), compress)
+        asked = [unit.strip() for unit in (units or "").split(",") if unit.strip()]
+        return export_csv(result, target, seconds, tuple(dict.fromkeys(fields)), compress, asked)
 
     with _taken(target, overwrite or out is None):
         files = sorted(_written(target, write))

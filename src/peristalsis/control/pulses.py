@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+import itertools
 import math
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -35,15 +36,15 @@ class Pulse(NamedTuple):
 
 
 class Listed(NamedTuple):
-    """Pulses in the order of their begins [s], and the length of the longest [s]."""
+    """Pulses in the order of their begins [s]; reach: the latest end of each and of all before it [s]."""
 
     begins: tuple[float, ...] = ()
     pulses: tuple[Pulse, ...] = ()
-    longest: float = 0.0
+    reach: tuple[float, ...] = ()
 
     def between(self, start: float, stop: float) -> list[Pulse]:
         """The pulses that are on at some time in [start, stop] [s]."""
-        first = bisect.bisect_left(self.begins, start - self.longest * (1.0 + 1e-9))
+        first = bisect.bisect_right(self.reach, start)  # all before are over
         last = bisect.bisect_left(self.begins, stop, first)
         return [pulse for pulse in self.pulses[first:last] if pulse.end > start]
 
@@ -54,8 +55,8 @@ NO_PULSES = Listed()
 def listed(pulses: Iterable[Pulse]) -> Listed:
     """Pulses, put in order."""
     ordered = tuple(sorted(pulses, key=lambda pulse: pulse.begin))
-    longest = max((pulse.end - pulse.begin for pulse in ordered), default=0.0)
-    return Listed(tuple(pulse.begin for pulse in ordered), ordered, longest)
+    reach = tuple(itertools.accumulate((pulse.end for pulse in ordered), max))
+    return Listed(tuple(pulse.begin for pulse in ordered), ordered, reach)
 
 
 def covered(edges_low: Floats, edges_high: Floats, low: float, high: float) -> Floats:

@@ -27,6 +27,8 @@ from .model import Model
 
 Floats = NDArray[np.float64]
 
+LOPSIDED = 1e-2
+"""Difference of the tube from its mirror image [cm] from which on it is one of several states of rest."""
 AT_REST = (CONVERGED, ROUNDED)
 
 END_LAYER = 0.3
@@ -225,9 +227,27 @@ def _inflate(tube: Tube, pressure: float, most: int = MOST_ITERATIONS) -> bool:
         )
         tube.rho[0] = tube.rho[-1] = wall.radius
         if climb(lambda value: tube.settle(value, 0.0), tube, gentle, pressure, gentle)[0] >= pressure:
-            return True
+            return _is_even(tube) or _inflate_evenly(tube, pressure, undeformed, most)
     tube.restore(undeformed)
     return relax(tube, pressure, 0.0, most)
+
+
+def _is_even(tube: Tube) -> bool:
+    """Whether the tube is its own mirror image, as its wall, its ends and its pressure are."""
+    return float(np.abs(tube.rho - tube.rho[::-1]).max()) < LOPSIDED
+
+
+def _inflate_evenly(tube: Tube, pressure: float, undeformed: list[Floats], most: int) -> bool:
+    """Let a tube that one leap of Newton's method has left lopsided be inflated gradually instead.
+
+    A wall that the pressure lengthens beyond its clamped rings has several states of rest; which of the lopsided ones a
+    leap ends in is chosen by rounding. The gradual way keeps the symmetry of the problem. If it fails, the first stays.
+    """
+    lopsided = tube.copies()
+    tube.restore(undeformed)
+    if not (relax(tube, pressure, 0.0, most) and _is_even(tube)):
+        tube.restore(lopsided)
+    return True
 
 
 def _insert(tube: Tube, pressure: float, radius: float) -> None:

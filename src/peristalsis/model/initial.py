@@ -111,7 +111,7 @@ def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, l
             f"{name} layer: no stable rest{some} with slow_calcium = {patterns[plant.SLOW, k]:g} mS/cm^2 (steady state "
             f"at {states[k].potential:.2f} mV is unstable); the tissue starts there and will oscillate by itself"
         )
-    highest = float(potential.max())
+    highest = max((rest.potential for rest in states if rest.stable), default=-np.inf)  # the others do not rest there
     if highest > layer.threshold:
         remarks.append(
             f"{name} layer: its cells rest at up to {highest:.1f} mV, above {name}.threshold = {layer.threshold:g} mV; "

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConfigurationError
-from ..names import OUTPUTS
+from ..names import FIELDS, OUTPUTS
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -81,9 +81,11 @@ def _factor(name: str, unit: str | None) -> float:
 def stored(result: Result, name: str) -> Floats:
     """The array of an output. Raises ConfigurationError where the run was told not to keep it."""
     if name not in result.arrays:
-        raise ConfigurationError(
-            f"{name} was not stored by this run; repeat it with output.fields = ['all'], or with {name} among them"
-        )
+        if OUTPUTS[name] in FIELDS:
+            fix = f"repeat it with output.fields = ['all'], or with {name} among them"
+        else:  # numbers of every step, of probes and of events are always kept: an older version did not know this one
+            fix = "its version of peristalsis did not record it yet; run its config.toml again with this one"
+        raise ConfigurationError(f"{name} was not stored by this run; {fix}")
     return result.arrays[name]
 
 
