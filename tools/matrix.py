@@ -1,7 +1,7 @@
 """Which Pythons and which versions of the libraries the package works with, tried as a user installs it.
 
 For every Python that can be found, with the newest libraries and with the lowest that pyproject.toml declares: an
-environment is made, a wheel is installed in it, a run of one second is computed and its arrays are hashed, the command
+environment is made, a wheel is installed in it, a run of one second is computed and its fingerprint taken, the command
 line is called, and some quick tests are run. Outcomes are kept in out/matrix, one file an entry, so that a second call
 goes on where the first was stopped; a changed source makes them stale. Whatever goes wrong in an entry is its outcome,
 and the next one follows. The table is docs/evidence/compatibility.md.
@@ -32,18 +32,15 @@ PATIENCE = 3600.0
 """Seconds that a step of an entry may take; a cold compile on a busy machine is the longest."""
 
 RUN = """
-import hashlib, importlib.metadata as about, json, sys
+import importlib.metadata as about, json, sys
 import peristalsis as ps
 result = ps.run("baseline", {"run.duration": "1 s"})
-digest = hashlib.sha256()
-for name in sorted(result.arrays):
-    digest.update(name.encode() + result.arrays[name].tobytes())
 print(json.dumps({
     "place": ps.__file__,
     "python": sys.version.split()[0],
     "status": result.status,
     "position": float(result.arrays["pellet_position"][-1]),
-    "arrays": digest.hexdigest()[:12],
+    "fingerprint": result.fingerprint[:12],
     "versions": {one.name.lower(): one.version for one in about.distributions() if one.name},
 }))
 """
@@ -186,16 +183,16 @@ def page(outcomes: Iterable[tuple[str, str, Mapping[str, object]]]) -> str:
         "Made by `make matrix` (`tools/matrix.py`): for each Python that was found, the package is installed from its",
         "wheel into a fresh environment, with the newest libraries and with the lowest that `pyproject.toml` declares.",
         "Then one second of the baseline is computed, the command line is called, and the tests of units,",
-        "checkpoints, results and surroundings are run. *Arrays* is a hash of every bit that the run stored.",
+        "checkpoints, results and surroundings are run. The *fingerprint* is that of every number of the run.",
         "",
-        "| Python | libraries | outcome | pellet after 1 s [cm] | arrays | tests |",
+        "| Python | libraries | outcome | pellet after 1 s [cm] | fingerprint | tests |",
         "|---|---|---|---|---|---|",
     ]
     for version, choice, found in rows:
         cells = [str(found.get("python", version)), choice, str(found.get("outcome", "")).replace("|", "\\|")]
         position = found.get("position")
         cells += [f"{position:.12g}" if isinstance(position, float) else "–"]
-        cells += [str(found.get("arrays", "–")), str(found.get("tests", "–"))]
+        cells += [str(found.get("fingerprint", "–")), str(found.get("tests", "–"))]
         lines.append(f"| {' | '.join(cells)} |")
     lines += ["", f"| Python | libraries | {' | '.join(SHOWN)} |", f"|---|---|{'---|' * len(SHOWN)}"]
     for version, choice, found in rows:
@@ -206,10 +203,10 @@ def page(outcomes: Iterable[tuple[str, str, Mapping[str, object]]]) -> str:
     positions = [found["position"] for *_, found in rows if isinstance(found.get("position"), float)]
     if len(positions) > 1:
         spread = max(positions) - min(positions)  # type: ignore[type-var, operator]
-        hashes = len({found["arrays"] for *_, found in rows if "arrays" in found})
+        hashes = len({found["fingerprint"] for *_, found in rows if "fingerprint" in found})
         lines += [
             "",
-            f"The positions differ by at most {spread:.1e} cm; of all arrays there are {hashes} different sets.",
+            f"The positions differ by at most {spread:.1e} cm; of fingerprints there are {hashes}.",
         ]
     return "\n".join([*lines, ""])
 

@@ -69,7 +69,9 @@ def test_a_broken_entry_hides_no_other_and_outcomes_are_kept(
         if what == "tests" and log.parent.name == "3.13-newest":
             raise OSError("no room")
         if what == "run of 1 s":
-            return json.dumps({"place": str(folder), "position": 2.5, "arrays": "abc", "versions": {"numpy": "2.1"}})
+            return json.dumps(
+                {"place": str(folder), "position": 2.5, "fingerprint": "abc", "versions": {"numpy": "2.1"}}
+            )
         return ""
 
     monkeypatch.setattr(matrix, "call", call)
