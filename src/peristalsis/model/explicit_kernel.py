@@ -230,9 +230,18 @@ def march(
     constants, table, half_table = kinetics.cell, kinetics.table, kinetics.half_table
     exact = kinetics.exact
     cell.relax_gates(
-        longitudinal.potential, longitudinal.gates, half_table, kinetics.exact, half, constants, instant[0]
+        longitudinal.potential,
+        longitudinal.gates,
+        half_table,
+        kinetics.exact,
+        half,
+        constants,
+        instant[0],
+        longitudinal.conductances,
     )
-    cell.relax_gates(circular.potential, circular.gates, half_table, exact, half, constants, instant[1])
+    cell.relax_gates(
+        circular.potential, circular.gates, half_table, exact, half, constants, instant[1], circular.conductances
+    )
     kick = plan.first_kick
     for substep in range(plan.substeps):
         now = 1e3 * (plan.time + substep * dt_cell)
@@ -282,13 +291,38 @@ def march(
             made += 1
         if substep < plan.substeps - 1:
             cell.relax_gates(
-                longitudinal.potential, longitudinal.gates, table, exact, 2.0 * half, constants, instant[0]
+                longitudinal.potential,
+                longitudinal.gates,
+                table,
+                exact,
+                2.0 * half,
+                constants,
+                instant[0],
+                longitudinal.conductances,
             )
-            cell.relax_gates(circular.potential, circular.gates, table, exact, 2.0 * half, constants, instant[1])
+            cell.relax_gates(
+                circular.potential,
+                circular.gates,
+                table,
+                exact,
+                2.0 * half,
+                constants,
+                instant[1],
+                circular.conductances,
+            )
     cell.relax_gates(
-        longitudinal.potential, longitudinal.gates, half_table, kinetics.exact, half, constants, instant[0]
+        longitudinal.potential,
+        longitudinal.gates,
+        half_table,
+        kinetics.exact,
+        half,
+        constants,
+        instant[0],
+        longitudinal.conductances,
     )
-    cell.relax_gates(circular.potential, circular.gates, half_table, exact, half, constants, instant[1])
+    cell.relax_gates(
+        circular.potential, circular.gates, half_table, exact, half, constants, instant[1], circular.conductances
+    )
     shell.drive[:, :] = after
     for i in range(n):
         shell.hoop_rate[i] = seen[0, i] / laws.wall.radius

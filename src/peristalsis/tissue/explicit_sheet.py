@@ -85,14 +85,14 @@ def excite(
     cell.hold(sheet.gates, sheet.conductances, sheet.current, sheet.conductance, part, constants, 0, n, held)
     for p in range(sheet.parts):
         if p > 0:
-            cell.respond(v, table, exact, instant, 0, n)
+            cell.respond(v, table, exact, constants, instant, 0, n)
         if conducts:
             three_point(v, sheet.spread, stretch, spread)
         first_stage(v, spread, instant, held, part, constants, 1.0, 0, n, rate_0, new)
         bad = cell.out_of_range(new)
         if bad >= 0:
             return bad
-        cell.respond(new, table, exact, instant, 0, n)
+        cell.respond(new, table, exact, constants, instant, 0, n)
         if conducts:
             three_point(new, sheet.spread, stretch, spread)
         for k in range(n):

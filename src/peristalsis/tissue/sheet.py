@@ -173,7 +173,7 @@ def advance_sheet(
     if bad >= 0:
         return bad
     gates_before = gates.copy()
-    cell.relax_cells(v, gates, half_table, exact, 0.5 * dt, constants, instant, low, high)
+    cell.relax_cells(v, gates, half_table, exact, 0.5 * dt, constants, instant, conductances, low, high)
     for step in range(n_steps):
         review = step % REVIEW == 0 and conducts and not exact
         if review:
@@ -186,7 +186,7 @@ def advance_sheet(
                 bad = cell.first_outside(last, low, high)
                 if bad >= 0:
                     return bad
-                cell.respond(last, table, exact, instant, low, high)
+                cell.respond(last, table, exact, constants, instant, low, high)
             if conducts:
                 fill_ghosts(padded[j % 3], n_theta)
                 diffuse_rings(padded[j % 3], coefficient, flux, spread, n_theta, low, high)
@@ -208,6 +208,6 @@ def advance_sheet(
         note_activations(v, new, activation_level, time, step, dt, low, high, first_activation, last_activation)
         whole = step < n_steps - 1
         relaxing, span = (table, dt) if whole else (half_table, 0.5 * dt)
-        cell.relax_cells(v, gates, relaxing, exact, span, constants, instant, low, high)
+        cell.relax_cells(v, gates, relaxing, exact, span, constants, instant, conductances, low, high)
     potential[:] = v
     return -1

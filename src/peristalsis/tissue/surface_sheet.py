@@ -55,7 +55,7 @@ def advance_surface_sheet(
     if bad >= 0:
         return int(bad)
     gates_before = gates.copy()
-    cell.relax_gates(v, gates, half_table, exact, 0.5 * dt, constants, instant)
+    cell.relax_gates(v, gates, half_table, exact, 0.5 * dt, constants, instant, conductances)
     for step in range(n_steps):
         review = step % REVIEW == 0 and operator is not None and not exact
         if review:
@@ -68,7 +68,7 @@ def advance_surface_sheet(
                 bad = cell.first_outside(last, low, high)
                 if bad >= 0:
                     return int(bad)
-                cell.respond(last, table, exact, instant, low, high)
+                cell.respond(last, table, exact, constants, instant, low, high)
             if operator is not None:
                 operator.apply(padded[j % 3], spread)
             if j == 0:
@@ -87,6 +87,6 @@ def advance_surface_sheet(
         note_activations(v, new, activation_level, time, step, dt, low, high, first_activation, last_activation)
         whole = step < n_steps - 1
         relaxing, span = (table, dt) if whole else (half_table, 0.5 * dt)
-        cell.relax_cells(v, gates, relaxing, exact, span, constants, instant, low, high)
+        cell.relax_cells(v, gates, relaxing, exact, span, constants, instant, conductances, low, high)
     potential[:] = v
     return -1

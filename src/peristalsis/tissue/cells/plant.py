@@ -167,9 +167,10 @@ def relax_gates(
     dt: float,
     constants: CellConstants,
     instant: np.ndarray,
+    channels: np.ndarray,
 ) -> None:
     """Relax h, n, x, c over dt [ms] at held potentials (in range), and leave m^3 at these in `instant`, (1, n)."""
-    relax_cells(v, gates, table, exact, dt, constants, instant, min(0, v.size), v.size)
+    relax_cells(v, gates, table, exact, dt, constants, instant, channels, min(0, v.size), v.size)
 
 
 @compiled
@@ -181,6 +182,7 @@ def relax_cells(
     dt: float,
     constants: CellConstants,
     instant: np.ndarray,
+    channels: np.ndarray,
     low: int,
     high: int,
 ) -> None:
@@ -224,7 +226,15 @@ def relax_cells(
 
 
 @compiled
-def respond(v: np.ndarray, table: np.ndarray, exact: bool, instant: np.ndarray, low: int, high: int) -> None:
+def respond(
+    v: np.ndarray,
+    table: np.ndarray,
+    exact: bool,
+    constants: CellConstants,
+    instant: np.ndarray,
+    low: int,
+    high: int,
+) -> None:
     """What follows the potential at once, m_infinity^3, of the cells low...high - 1 into `instant`, (1, n)."""
     low, high = low & INDEX, high & INDEX
     cubed = instant[0]
