@@ -1,6 +1,6 @@
 """Kernels of a cell made from its description: any number of gates, other states and currents, Eq. (21) in general.
 
-Stands in the slot of `plant`, with a description in the slot of `description`. What depends on the potential alone
+Stands in the slot of `plant`, with a description in the slot of `hodgkin_huxley`. What depends on the potential alone
 (steady values, decays, instantaneous functions) is read from tables; gates relax exactly at a held potential
 (Rush-Larsen), other states s' = a - b s by an exponential step of second order, whose source and decay are taken at the
 mean of the old states and of those that a first step foresees.
@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...numerics.compiled import INDEX, compiled, inlined
-from . import description as cell
-from .description import CellConstants
+from . import hodgkin_huxley as cell
+from .hodgkin_huxley import CellConstants
 
 Floats = NDArray[np.float64]
 
