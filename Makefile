@@ -1,4 +1,4 @@
-# make demo | test | lint | coverage | verify | mutants | bench | clean
+# make demo | test | lint | coverage | verify | matrix | mutants | bench | robust | clean
 #
 # Everything runs in .venv, made once and made again only when pyproject.toml or constraints.txt change.
 # Another interpreter: make demo PYTHON=python3.12
@@ -28,7 +28,7 @@ remake := yes
 endif
 endif
 
-.PHONY: help demo test lint coverage verify mutants bench clean FORCE
+.PHONY: help demo test lint coverage verify matrix mutants bench robust clean FORCE
 .DELETE_ON_ERROR:
 
 help:
@@ -37,8 +37,11 @@ help:
 	@echo "make lint     ruff and mypy"
 	@echo "make coverage the quick tests, and which branches they reach"
 	@echo "make verify   the quick tests, every exact problem (writes docs/verification), the slow tests"
+	@echo "make matrix   every Python that is found with the newest and the lowest libraries (goes on where it was stopped)"
 	@echo "make mutants  small errors put into the kernels one at a time: does the suite notice? (hours)"
 	@echo "make bench    what runs cost (writes docs/benchmarks; goes on where it was stopped; half an hour)"
+	@echo "make robust   440 random configurations, run and judged (goes on where it was stopped; three quarters of an hour on"
+	@echo "              two cores); make robust ARGS='--quick --workers 2' for every day; ARGS=--help says the rest"
 	@echo "make clean    remove .venv, caches and builds (results in out/ stay)"
 
 demo: $(READY)
@@ -46,8 +49,12 @@ demo: $(READY)
 	@echo "Pictures:"
 	@find out/baseline -type f \( -name '*.png' -o -name '*.gif' -o -name '*.mp4' \) | LC_ALL=C sort | sed 's/^/  /'
 
+# Two workers take the tests by turns. Kernels are compiled beforehand, or each of them would compile all of them.
+TEST_WORKERS ?= 2
+
 test: $(READY)
-	@$(BIN)/python -m pytest -q
+	@$(BIN)/python -m peristalsis.warm_up
+	@$(BIN)/python -m pytest -q -n $(TEST_WORKERS) --dist worksteal
 
 lint: $(READY)
 	$(BIN)/python -m ruff check .
@@ -71,11 +78,18 @@ verify: test
 	@$(BIN)/peristalsis verify --full --out docs/verification
 	@$(BIN)/python -m pytest -q -m "slow and not problem"
 
+matrix: $(READY)
+	@$(BIN)/python tools/matrix.py
+
 mutants: $(READY)
 	@cd evidence && ../$(BIN)/python mutants.py
 
 bench: $(READY)
 	@$(BIN)/peristalsis bench --full --out docs/benchmarks
+
+ARGS ?= --workers 2 --halving 20
+robust: $(READY)
+	@$(BIN)/python -m robustness $(ARGS)
 
 clean:
 	rm -rf $(VENV) build dist .coverage .coverage.* .mypy_cache .pytest_cache .ruff_cache .hypothesis src/*.egg-info

@@ -1,6 +1,6 @@
-"""Kill runs and batches at random moments and see what is left, what goes on, and whether anything was lost.
+"""Kill runs and batches at random moments, let two runs meet in one folder, and see whether anything was lost.
 
-Writes docs/evidence/survival.md. Several minutes on one core. `--runs N --batches N` for fewer kills.
+Writes docs/evidence/survival.md. Several minutes on one core. `--runs N --batches N --pairs N` for fewer.
 """
 
 from __future__ import annotations
@@ -205,22 +205,58 @@ def batches(kills: int, work: Path, chance: random.Random) -> tuple[str, bool]:
     return text, same and lost == 0
 
 
+def pairs(count: int, work: Path) -> tuple[str, bool]:
+    """Two runs of different length into one folder at the same moment, again and again: one is refused, none lost."""
+    coarse = {key: value for key, value in COARSE.items() if key != "run.duration"}
+    changes = [word for key, value in coarse.items() for word in ("--set", f"{key}={value}")]
+    seen: Counter[str] = Counter()
+    well = True
+    for number in range(count):
+        target = work / f"pair-{number}"
+        words = ["run", "baseline", *changes, "--no-plots", "--out", str(target)]
+        kinds = ([], ["--overwrite"])[number % 2 == 1]
+        begun = [begin([*words, *kinds, "--set", f"run.duration={one} s"]) for one in ("0.3", "0.6")]
+        codes = [os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) for process in begun]
+        asked = {one for one, code in zip((0.3, 0.6), codes, strict=True) if code == 0}
+        stands = ps.load(target).configuration.run.duration
+        left = [path for path in work.iterdir() if path.name != target.name and target.name in path.name]
+        # Who was told that all is well finds the result, unless all had agreed to overwrite.
+        right = stands in asked and not left and (kinds != [] or (sorted(codes) == [0, 4] and asked == {stands}))
+        well = well and right
+        seen[f"exit codes {codes[0]} and {codes[1]}{', both overwriting' if kinds else ''}"] += 1
+        shutil.rmtree(target)
+        print(f"pair {number + 1}/{count}: {codes}, {stands} s stands", file=sys.stderr, flush=True)
+    text = "## Two processes, one folder\n\n"
+    text += f"{count} times, two runs of different length were begun at once in one folder.\n\n"
+    text += table(("how they ended", "times"), sorted(seen.items()))
+    answer = "yes" if well else "no"
+    text += f"\nEvery result that was said to be written stands, or was overwritten as asked: **{answer}**.\n"
+    return text, well
+
+
 def trial() -> int:
     """Kill, resume, report; the exit code is 1 if anything was lost."""
     options = argparse.ArgumentParser()
     options.add_argument("--runs", type=int, default=50)
     options.add_argument("--batches", type=int, default=20)
+    options.add_argument("--pairs", type=int, default=50)
     given = options.parse_args()
     chance = random.Random(20)
     with tempfile.TemporaryDirectory() as place:
         work = Path(place)
         about_runs, runs_well = runs(given.runs, work, chance)
         about_batches, batches_well = batches(given.batches, work, chance)
-    verdict = "Nothing that was finished was lost." if runs_well and batches_well else "**Something was lost.**"
+        about_pairs, pairs_well = pairs(given.pairs, work)
+    verdict = (
+        "Nothing that was finished was lost."
+        if runs_well and batches_well and pairs_well
+        else "**Something was lost.**"
+    )
     load = f"Load of the machine towards the end: {os.getloadavg()[2]:.0f} on {os.cpu_count()} cores."
-    text = f"# Survival\n\nMade by `python evidence/survival.py`. {verdict} {load}\n\n{about_runs}\n{about_batches}"
+    pages = "\n".join((about_runs, about_batches, about_pairs))
+    text = f"# Survival\n\nMade by `python evidence/survival.py`. {verdict} {load}\n\n{pages}"
     save_text("survival.md", text)
-    return 0 if runs_well and batches_well else 1
+    return 0 if runs_well and batches_well and pairs_well else 1
 
 
 if __name__ == "__main__":

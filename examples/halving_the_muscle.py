@@ -33,6 +33,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="coarser grids and steps")
     grids: dict[str, object] = dict(QUICK) if parser.parse_args().quick else {}
+    if grids:
+        print("note: coarse grids, the number is rough", file=sys.stderr)
 
     full = transit(grids)
     half = transit(grids | HALF)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from .batches import batch
     from .config import Configuration
     from .errors import PeristalsisError
+    from .names import Output, register
     from .result import Result, load
     from .runner import run
     from .scenarios import configuration
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Configuration",
+    "Output",
     "PeristalsisError",
     "Result",
     "Simulation",
@@ -31,18 +33,21 @@ __all__ = [
     "batch",
     "configuration",
     "load",
+    "register",
     "run",
     "scenario_names",
 ]
 
 _HOMES = {
     "Configuration": ("config", "Configuration"),
+    "Output": ("names", "Output"),
     "PeristalsisError": ("errors", "PeristalsisError"),
     "Result": ("result", "Result"),
     "Simulation": ("simulation", "Simulation"),
     "batch": ("batches", "batch"),
     "configuration": ("scenarios", "configuration"),
     "load": ("result", "load"),
+    "register": ("names", "register"),
     "run": ("runner", "run"),
     "scenario_names": ("scenarios", "names"),
 }

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from .config import Configuration
 from .config import Layer as LayerConfiguration
-from .control.pacemaker import PulseTrain
+from .control.pacemaker import Outlet, Source
+from .control.pulses import Listed, Pulse, listed
 from .control.reflex import Reflex
 from .control.sequence import Trigger
 from .geometry.grid import Grid
@@ -29,22 +30,26 @@ from .wall.surface_regularisers import SurfaceConstants
 Floats = NDArray[np.float64]
 
 
-def build(configuration: Configuration, like: Model | None = None) -> Model:
+def build(configuration: Configuration, like: Model | None = None, since: Configuration | None = None) -> Model:
     """The model of a configuration; V0 and the pellet-free radius are still those of the undeformed tube.
 
-    like: the model of a run under way, whose grid, V0 and pellet-free radius are kept: only inputs change.
+    like: the model of a run under way, whose grid, V0 and pellet-free radius are kept: only inputs change. since: the
+    configuration that it was built from; parts whose section is the same object are taken over.
     """
     c = configuration
+
+    def same(*sections: str) -> bool:
+        return since is not None and all(getattr(c, name) is getattr(since, name) for name in (*sections, "regions"))
+
     grid = like.grid if like is not None else _grid(c)
     cell = cell_constants(c, c.tissue.kinetics_rate)
     dt_wall = to_internal(c.step.wall, "ms")
-    longitudinal_trains, circular_trains = _trains(c)
     return Model(
         grid=grid,
         cell=cell,
-        longitudinal=_layer(c, "longitudinal", grid),
-        circular=_layer(c, "circular", grid),
-        wall=_wall(c, grid),
+        longitudinal=like.longitudinal if like and same("longitudinal") else _layer(c, "longitudinal", grid),
+        circular=like.circular if like and same("circular") else _layer(c, "circular", grid),
+        wall=like.wall if like and same("wall", "longitudinal", "circular") else _wall(c, grid),
         pellet=PelletConstants(
             present=c.pellet.enabled,
             radius=c.pellet.radius,
@@ -53,14 +58,15 @@ def build(configuration: Configuration, like: Model | None = None) -> Model:
             frame=1.0 if c.pellet.friction_frame == "wall" else 0.0,
             volume=sphere.volume(c.pellet.radius),
             tangential=c.pellet.friction_coefficient > 0.0,
+            lowest=c.pellet.radius if c.wall.oral_end == "closed" else -math.inf,
+            highest=c.wall.length - c.pellet.radius if c.wall.anal_end == "closed" else math.inf,
         ),
         lumen=LumenConstants(
             to_internal(c.lumen.pressure, "kPa"),
             like.lumen.reference_volume if like is not None else 1.0,
             c.lumen.adiabatic_exponent,
         ),
-        longitudinal_trains=longitudinal_trains,
-        circular_trains=circular_trains,
+        sources=_sources(c),
         pacemaker_cell=_pacemaker_cell(c),
         trigger=Trigger(
             c.trigger.rule,
@@ -99,6 +105,25 @@ def build(configuration: Configuration, like: Model | None = None) -> Model:
         sideways_friction=c.pellet.sideways_friction if c.pellet.sideways == "free" else None,
         friction=FrictionLaw(c.pellet.static_friction_factor, c.pellet.friction_coefficient),
         explicit=_explicit(c),
+        stimuli_longitudinal=like.stimuli_longitudinal if like and same("stimuli") else _listed(c, "longitudinal"),
+        stimuli_circular=like.stimuli_circular if like and same("stimuli") else _listed(c, "circular"),
+    )
+
+
+def _listed(c: Configuration, layer: str) -> Listed:
+    """Pulses of the stimuli of a layer at listed times."""
+    own = [one for one in c.stimuli if one.layer == layer]
+    return listed(
+        Pulse(
+            one.onset,
+            one.onset + one.duration,
+            one.low,
+            one.high,
+            one.strength,
+            to_internal(one.angle, "deg"),
+            to_internal(one.sector, "deg"),
+        )
+        for one in own
     )
 
 
@@ -213,25 +238,20 @@ def _pacemaker_cell(c: Configuration) -> PacemakerCell | None:
     return PacemakerCell(constants, conductances, p.cell_coupling, p.width, p.place, angle, sector)
 
 
-def _trains(c: Configuration) -> tuple[tuple[PulseTrain, ...], tuple[PulseTrain, ...]]:
-    """Pulse trains of the longitudinal and of the circular layer."""
-    p = c.pacemaker
-    longitudinal: list[PulseTrain] = []
-    circular: list[PulseTrain] = []
-    follows = c.trigger.rule == "pacemaker"
+def _sources(c: Configuration) -> tuple[Source, ...]:
+    """The pacemaker, with the circular layer where that follows its pulses, and the rings."""
+    p, r = c.pacemaker, c.rings
+    sources: list[Source] = []
     if p.kind in ("pulse", "periodic"):
-        count = 1 if p.kind == "pulse" else p.count
-        late = c.trigger.delay if follows else 0.0
+        late = c.trigger.delay if c.trigger.rule == "pacemaker" else 0.0
         where = (p.place, p.place + p.width, to_internal(p.angle, "deg"), to_internal(p.angular_width, "deg"))
-        onset = p.onset + max(0.0, -late)
-        longitudinal.append(PulseTrain(onset, p.period, count, p.duration, p.intensity, *where))
-        if follows:
-            onset = p.onset + max(0.0, late)
-            circular.append(PulseTrain(onset, p.period, count, c.trigger.duration, c.trigger.intensity, *where))
-    if c.rings.enabled:
-        r = c.rings
-        circular += [
-            PulseTrain(0.0, r.period, r.count, r.duration, r.intensity, z - 0.5 * r.width, z + 0.5 * r.width)
-            for z in r.positions
+        outlets = [Outlet("longitudinal", max(0.0, -late), p.duration, p.intensity, *where)]
+        if c.trigger.rule == "pacemaker":
+            outlets.append(Outlet("circular", max(0.0, late), c.trigger.duration, c.trigger.intensity, *where))
+        sources.append(Source(p.onset, p.period, 1 if p.kind == "pulse" else p.count, tuple(outlets)))
+    if r.enabled:
+        rings = [
+            Outlet("circular", 0.0, r.duration, r.intensity, z - 0.5 * r.width, z + 0.5 * r.width) for z in r.positions
         ]
-    return tuple(longitudinal), tuple(circular)
+        sources.append(Source(0.0, r.period, r.count, tuple(rings)))
+    return tuple(sources)

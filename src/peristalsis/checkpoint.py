@@ -14,7 +14,7 @@ from pathlib import Path
 from . import disk
 from .errors import ConfigurationError, WriteError, shown
 from .packing import unpack
-from .store import CHECKPOINTS, Workspace, unfinished
+from .store import CHECKPOINTS, LAST_STATE, Workspace, unfinished
 
 EVERY = 10.0
 """Seconds on the clock between two checkpoints, where the run does not say how much simulated time."""
@@ -70,7 +70,7 @@ class Checkpoints:
 
     def go_on_after(self, found: Found) -> None:
         """The run goes on from this checkpoint: it is the last to be replaced."""
-        if found.file.parent == self.workspace.folder:
+        if found.file.parent == self.workspace.folder and found.file.name in CHECKPOINTS:
             self._turn = 1 - CHECKPOINTS.index(found.file.name)
         self._plan(found.head.time)
 
@@ -99,11 +99,14 @@ class Checkpoints:
             self._next_time = (int(now / self._simulated * (1.0 + 1e-12)) + 1) * self._simulated
 
 
-def newest(folder: Path) -> Found | None:
-    """The newest whole checkpoint in a folder, with a remark for each that is damaged; None if there is none."""
+def newest(folder: Path, ended: bool = False) -> Found | None:
+    """The newest whole checkpoint in a folder, with a remark for each that is damaged; None if there is none.
+
+    ended: whether the last state of a finished run counts as one; it needs the whole result beside it.
+    """
     found: list[Found] = []
     remarks: list[str] = []
-    for name in CHECKPOINTS:
+    for name in (*CHECKPOINTS, LAST_STATE) if ended else CHECKPOINTS:
         file = folder / name
         try:
             content = disk.read_regular(file, LARGEST)
@@ -124,7 +127,7 @@ def newest_of(place: Path) -> Found:
 
     Raises ConfigurationError if there is none.
     """
-    found = [one for folder in (place, *unfinished(place)) if (one := newest(folder)) is not None]
+    found = [one for folder in (place, *unfinished(place)) if (one := newest(folder, folder == place)) is not None]
     if not found:
         raise ConfigurationError(
             f"no whole checkpoint in {shown(str(place))} or beside it; runs write them every {EVERY:g} s on the clock, "

@@ -36,10 +36,13 @@ class Number(NamedTuple):
     factor: float = 1.0
     decisive: bool = True
     """False for what says how the run was computed, not what came out."""
+    seldom: bool = False
+    """Shown only where it is not zero."""
 
 
 NUMBERS = (
     Number("transit_s", "transit time", "s"),
+    Number("oral_exit_s", "expelled orally at", "s"),
     Number("mean_velocity_cm_s", "mean velocity of the pellet", "cm/s", "mm/s", 10.0),
     Number("max_velocity_cm_s", "largest velocity of the pellet", "cm/s", "mm/s", 10.0),
     Number("start_cm", "first position of the pellet", "cm", "mm", 10.0),
@@ -47,11 +50,16 @@ NUMBERS = (
     Number("travel_cm", "travel", "cm", "mm", 10.0),
     Number("max_axial_force_mN", "largest axial force on the pellet", "mN", "N", 1e-3),
     Number("max_normal_force_mN", "largest normal force on the pellet", "mN", "N", 1e-3),
+    Number("beyond_oral_end_cm", "oral pole beyond the oral end, at most", "cm", "mm", 10.0, seldom=True),
+    Number("max_end_reaction_mN", "largest force of a closed end", "mN", "N", 1e-3, seldom=True),
     Number("max_lumen_pressure_kPa", "largest lumen pressure", "kPa", "mmHg", 1.0 / 0.133322),
     Number("max_contact_pressure_kPa", "largest contact pressure", "kPa", "mmHg", 1.0 / 0.133322),
     Number("wave_speed_cm_s.longitudinal", "wave speed, longitudinal", "cm/s", "mm/s", 10.0),
     Number("wave_speed_cm_s.circular", "wave speed, circular", "cm/s", "mm/s", 10.0),
     Number("min_diameter_cm", "smallest inner diameter", "cm", "mm", 10.0),
+    Number("max_diameter_cm", "largest inner diameter", "cm", "mm", 10.0),
+    Number("bulge_cm.oral", "wall beyond the oral end, at most", "cm", "mm", 10.0, seldom=True),
+    Number("bulge_cm.anal", "wall beyond the anal end, at most", "cm", "mm", 10.0, seldom=True),
     Number("simulated_s", "simulated time", "s"),
     Number("power_residual", "work left over, of all work", "1", decisive=False),
     Number("momentum_residual", "axial force left over, of the largest", "1", decisive=False),
@@ -78,13 +86,18 @@ def changed_keys(runs: Mapping[str, Result]) -> dict[str, list[Any]]:
 
 
 def _in_words(configuration: Configuration) -> dict[str, Any]:
-    """Every input as it would stand in a file, but regions in a few words, and maps by a digest of their values."""
+    """Every input as it would stand in a file, but regions and stimuli in a few words, and maps by a digest."""
     texts = configuration.texts()
     words = "; ".join(region.words() for region in configuration.regions)
     if any(region.shape.NAME == "map" for region in configuration.regions):
-        content = json.dumps(texts["regions"], sort_keys=True).encode("ascii")
-        words += f" (sha256 {hashlib.sha256(content).hexdigest()[:12]})"
-    return texts | {"regions": words or "none"}
+        words += f" (sha256 {_short_hash(texts['regions'])})"
+    listed = texts.get("stimuli", [])
+    said = "; ".join(listed) if len(listed) <= 3 else f"{len(listed)} of them, sha256 {_short_hash(listed)}"
+    return texts | {"regions": words or "none", "stimuli": said or "none"}
+
+
+def _short_hash(content: object) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode("ascii")).hexdigest()[:12]
 
 
 def diameters(result: Result) -> Floats:
@@ -114,6 +127,23 @@ def diameter_difference(first: Result, second: Result) -> tuple[Floats, Floats, 
     )
     grid = (time[:, None], z[None, :])
     return time, z, read(grid) - diameters(first)[: time.size, : z.size]
+
+
+def cuts(runs: Mapping[str, Result]) -> list[str]:
+    """What a comparison leaves out because the runs are not of one duration or one length, a sentence each."""
+    said = []
+    for label, unit, extents in (
+        ("time", "s", {name: float(result.arrays["time"][-1]) for name, result in runs.items()}),
+        ("place", "cm", {name: float(result.arrays["z"][-1]) for name, result in runs.items()}),
+    ):
+        least, most = min(extents.values()), max(extents.values())
+        if most - least > 1e-9 * most:
+            ends = ", ".join(f"{name} {extent:.4g} {unit}" for name, extent in extents.items())
+            said.append(
+                f"the runs end at different {label}s ({ends}): maps of differences stop at the first, and numbers of "
+                "whole runs are over unequal parts"
+            )
+    return said
 
 
 def tracks_figure(runs: Mapping[str, Result]) -> Canvas:

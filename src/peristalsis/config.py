@@ -7,6 +7,7 @@ as text with a unit.  Whatever is wrong with the input becomes one Configuration
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import operator
@@ -23,16 +24,25 @@ from typing import Annotated, Any, Literal, Self, get_args, get_origin
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 from pydantic.fields import FieldInfo
 
-from peristalsis import units
+from peristalsis import tables, units
 from peristalsis.consistency import check
+from peristalsis.disk import read_regular
 from peristalsis.errors import ConfigurationError, UnknownKeyError, shown, suggestion
 from peristalsis.parameters import PARAMETERS, READINGS, Parameter, Value, shipped
-from peristalsis.protocols import Protocol
+from peristalsis.paths import beside_file, located
+from peristalsis.protocols import Protocol, values_at
 from peristalsis.protocols import parse as parse_protocol
+from peristalsis.protocols import parse_all as parse_protocols
+from peristalsis.protocols import shortened as shorten_protocols
 from peristalsis.recording import CHOICES as FIELD_CHOICES
+from peristalsis.recording import choices
 from peristalsis.regions import Region
 from peristalsis.regions import read as read_regions
 from peristalsis.regions import schema as regions_schema
+from peristalsis.stimuli import MOST_WRITTEN as MOST_LISTED
+from peristalsis.stimuli import Stimulus
+from peristalsis.stimuli import read as read_stimuli
+from peristalsis.stimuli import texts as stimuli_texts
 
 LAYERS = ("longitudinal", "circular")
 
@@ -46,6 +56,8 @@ _LONG_KEY = re.compile(rf"(?:{_PART}[ \t]*+\.[ \t]*+){{16}}")
 
 WITHOUT_EFFECT = ("run.checkpoint",)
 """Parameters that change how a run is carried out and no number of it: they are not part of its digest."""
+ENDS = ("run.duration", "run.stop_when_expelled", "run.stop_when_arrested", "run.stop_position")
+"""Parameters that say when a run ends, and change nothing before."""
 
 _MODEL = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -120,6 +132,8 @@ class Wall(Section):
     radius: float = parameter("wall.radius", gt=0, le=20)
     length: float = parameter("wall.length", gt=0, le=200)
     surface_density: float = parameter("wall.surface_density", gt=0, le=1e6)
+    oral_end: Literal["open", "closed"] = parameter("wall.oral_end")
+    anal_end: Literal["open", "closed"] = parameter("wall.anal_end")
     inertia: bool = parameter("wall.inertia")
     viscosity: float = parameter("wall.viscosity", gt=0, le=1e6)
     tension: Literal["published", "consistent"] = parameter("wall.tension")
@@ -299,8 +313,8 @@ class Output(Section):
     @classmethod
     def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for name in names:
-            if name not in FIELD_CHOICES:
-                raise ValueError(f"{shown(name)} is not a field; {suggestion(name, FIELD_CHOICES)}")
+            if name not in choices():
+                raise ValueError(f"{shown(name)} is not a field; {suggestion(name, choices())}")
         return names
 
 
@@ -336,6 +350,7 @@ class Configuration(BaseModel):
     protocols: tuple[str, ...] = Field(
         default=(), max_length=MOST_PROTOCOLS, description="inputs that change in time, one line of text each"
     )
+    stimuli: tuple[Stimulus, ...] = Field(default=(), description="currents at listed times, one line of text each")
     regions: tuple[Region, ...] = Field(default=(), description="parts of the wall whose tissue differs")
     pellet: Pellet = Field(default_factory=Pellet)
     lumen: Lumen = Field(default_factory=Lumen)
@@ -396,6 +411,7 @@ class Configuration(BaseModel):
         """Dotted key to value, in the canonical unit, in the order of the file."""
         values: dict[str, Any] = {"reading": self.reading, "scenario": self.scenario, "protocols": self.protocols}
         values["regions"] = self.regions
+        values["stimuli"] = self.stimuli
         for spec in FIELDS.values():
             values[spec.key] = getattr(getattr(self, spec.section), spec.name)
         return values
@@ -405,6 +421,9 @@ class Configuration(BaseModel):
         texts: dict[str, Any] = {
             key: units.written(value, FIELDS[key].unit if key in FIELDS else "") for key, value in self.flat().items()
         }
+        del texts["stimuli"]
+        if self.stimuli:
+            texts["stimuli"] = stimuli_texts(self.stimuli)
         return texts | {"regions": [region.table() for region in self.regions]}
 
     def items(self, scenario: Configuration | None = None) -> Iterator[Entry]:
@@ -437,8 +456,16 @@ class Configuration(BaseModel):
         if not isinstance(lines, list | tuple):
             raise ValueError("not a list of protocols, each one line of text")
         numbers = _numbers()
-        read = [parse_protocol(line, numbers) for line in lines[: MOST_PROTOCOLS + 1]]  # more are refused unread
-        return tuple(protocol.text(numbers[protocol.parameter]) for protocol in read)
+        read = [one for line in lines[: MOST_PROTOCOLS + 1] for one in parse_protocols(line, numbers)]  # others unread
+        return tuple(protocol.text(numbers[protocol.parameter]) for protocol in shorten_protocols(read))
+
+    @field_validator("stimuli", mode="before")
+    @classmethod
+    def _read_stimuli(cls, value: object) -> object:
+        """Stimuli as data; files are read in."""
+        if isinstance(value, tuple) and all(isinstance(item, Stimulus) for item in value):
+            return value
+        return read_stimuli(value, float(PARAMETERS["pacemaker.width"].value))  # type: ignore[arg-type]
 
     @field_validator("regions", mode="before")
     @classmethod
@@ -450,6 +477,11 @@ class Configuration(BaseModel):
         """The protocols as functions of time."""
         return tuple(parse_protocol(line, _numbers()) for line in self.protocols)
 
+    def at_start(self) -> Self:
+        """A copy with the values that the protocols have at t = 0, which the run starts from; itself without any."""
+        courses = self.time_courses()
+        return self.at_time(values_at(courses, 0.0)) if courses else self
+
     def at_time(self, values: Mapping[str, float]) -> Self:
         """A copy with checked numbers put in place by key, without checking them again: for use inside a run."""
         sections: dict[str, dict[str, float]] = {}
@@ -459,13 +491,29 @@ class Configuration(BaseModel):
         update = {name: getattr(self, name).model_copy(update=fields) for name, fields in sections.items()}
         return self.model_copy(update=update)
 
+    def naming_tables(self) -> tuple[str, ...]:
+        """The lines of text that may name a table kept by its content."""
+        return (*self.protocols, *(stimuli_texts(self.stimuli) if len(self.stimuli) > MOST_LISTED else ()))
+
+    def __getstate__(self) -> dict[Any, Any]:
+        """For other processes: with the tables of many rows that protocols name."""
+        return super().__getstate__() | {"tables": tables.held(self.naming_tables())}
+
+    def __setstate__(self, state: dict[Any, Any]) -> None:
+        tables.hold_all(state.pop("tables"))
+        super().__setstate__(state)
+
     def to_toml(self) -> str:
         """The complete configuration; `from_toml` reads it back identically."""
         lines = ["# Complete configuration; every number that has a unit carries it."]
         section = ""
-        for key, value in self.texts().items():
+        texts = self.texts()
+        listed = texts.pop("stimuli", [])
+        for key, value in texts.items():
             if key == "regions":
                 continue
+            if key == "protocols" and listed:
+                lines.append(f"stimuli = {_toml(listed)}")
             table, _, name = key.rpartition(".")
             if table != section:
                 lines += ["", f"[{table}]"]
@@ -475,9 +523,13 @@ class Configuration(BaseModel):
             lines += ["", "[[regions]]", *(f"{name} = {_toml(value)}" for name, value in region.table().items())]
         return "\n".join(lines) + "\n"
 
-    def digest(self) -> str:
-        """SHA-256 of the canonical JSON of `texts`, without what leaves the results as they are."""
-        texts = {key: text for key, text in self.texts().items() if key not in WITHOUT_EFFECT}
+    def digest(self, ends: bool = True) -> str:
+        """SHA-256 of the canonical JSON of `texts`, without what leaves the results as they are.
+
+        ends: False leaves out when the run ends: equal then are runs of which one is the beginning of the other.
+        """
+        without = WITHOUT_EFFECT if ends else (*WITHOUT_EFFECT, *ENDS)
+        texts = {key: text for key, text in self.texts().items() if key not in without}
         canonical = json.dumps(texts, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
         return hashlib.sha256(canonical.encode("ascii")).hexdigest()
 
@@ -514,10 +566,14 @@ def json_schema() -> dict[str, Any]:
     names: dict[str, Any] = {
         name: {"type": "string", "default": field.default, "description": field.description}
         for name, field in Configuration.model_fields.items()
-        if name not in (*_SECTIONS, "protocols", "regions")
+        if name not in (*_SECTIONS, "protocols", "stimuli", "regions")
     }
     lines = Configuration.model_fields["protocols"].description
     names["protocols"] = {"type": "array", "items": {"type": "string"}, "default": [], "description": lines}
+    file = {"type": "object", "properties": {"file": {"type": "string"}}, "additionalProperties": False}
+    lines = Configuration.model_fields["stimuli"].description
+    listed = {"anyOf": [{"type": "string"}, file | {"required": ["file"]}]}
+    names["stimuli"] = {"type": "array", "items": listed, "default": [], "description": lines}
     names["regions"] = regions_schema()
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -529,17 +585,22 @@ def json_schema() -> dict[str, Any]:
 
 
 def read_toml(source: str | PathLike[str], most: int = LARGEST_TEXT) -> dict[str, Any]:
-    """The tables of TOML text or of a file of at most `most` bytes, before any check of keys and values."""
+    """The tables of TOML text or of a file of at most `most` bytes, before any check of keys and values.
+
+    Files that a file names lie beside it: their paths come back with its folder in front.
+    """
     if isinstance(source, str):
-        text, where = source, "the configuration text"
+        text, where, folder = source.removeprefix("\ufeff"), "the configuration text", None
     else:
-        text, where = _read_file(Path(source), most), shown(str(source))
+        file = located(source)
+        text, where, folder = _read_file(file, most), shown(str(source)), file.parent
     if len(text) > most:
         raise ConfigurationError(f"{where} has {len(text)} characters, more than {most}; shorten it")
     if _LONG_KEY.search(text):
         raise ConfigurationError(f"{where} has a key of many parts, and none has more than three; correct it")
     try:
-        return tomllib.loads(text)
+        tables = tomllib.loads(text)
+        return tables if folder is None else beside_file(tables, folder)
     except (ValueError, RecursionError) as error:
         cause = "it is nested too deeply" if isinstance(error, RecursionError) else shown(str(error), 120)
         fix = "give a Path to read a file" if source == text and text.endswith(".toml") else "correct it"
@@ -548,17 +609,16 @@ def read_toml(source: str | PathLike[str], most: int = LARGEST_TEXT) -> dict[str
 
 def _read_file(path: Path, most: int) -> str:
     try:
-        with path.open("rb") as file:
-            content = file.read(most + 1)
+        content = read_regular(path, most, follow=True)
     except (OSError, ValueError) as error:
+        if isinstance(error, OSError) and error.errno == errno.EFBIG:
+            raise ConfigurationError(f"{shown(str(path))} is larger than {most} bytes; shorten it") from None
         cause = error.strerror if isinstance(error, OSError) else "it is not a path"
         raise ConfigurationError(
             f"{shown(str(path))} cannot be read: {cause}; check the name and the permissions"
         ) from None
-    if len(content) > most:
-        raise ConfigurationError(f"{shown(str(path))} is larger than {most} bytes; shorten it")
     try:
-        return content.decode("utf-8")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise ConfigurationError(f"{shown(str(path))} is not UTF-8 text; save it as UTF-8") from None
 
@@ -622,7 +682,7 @@ def _numbers() -> dict[str, str]:
     return {key: spec.unit for key, spec in FIELDS.items() if spec.kind == "number"}
 
 
-KEYS = ("reading", "scenario", "protocols", "regions", *FIELDS)
+KEYS = ("reading", "scenario", "protocols", "stimuli", "regions", *FIELDS)
 
 
 def _parameters(reading: str) -> Iterator[tuple[str, Parameter]]:
@@ -661,7 +721,7 @@ def _put(flat: dict[str, Any], key: object, value: object) -> None:
         raise UnknownKeyError(f"{shown(key)} is not a parameter; {fix}")
     if key in flat:
         raise ConfigurationError(f"{key} is given twice; keep one")
-    flat[key] = value
+    flat[key] = units.plain(value) if key in FIELDS else value
 
 
 def _nest(flat: Mapping[str, Any]) -> dict[str, Any]:
@@ -696,8 +756,8 @@ def _reading_numbers(reading: str) -> dict[str, Any]:
 def _from_text(key: str, value: object) -> object:
     """The text of a command line, by the type of its field."""
     if not isinstance(value, str) or key not in FIELDS:
-        if isinstance(value, str) and key in ("protocols", "regions"):
-            return [value] if key == "protocols" else _tables_of(value)
+        if isinstance(value, str) and key in ("protocols", "stimuli", "regions"):
+            return _tables_of(value) if key == "regions" else [value]
         return value
     text = value.strip()
     match FIELDS[key].kind:
@@ -747,7 +807,7 @@ def _schema_of(spec: FieldSpec, about: Parameter) -> dict[str, Any]:
     elif spec.unit == units.DIMENSIONLESS:
         schema = {"type": "number"} | limits
     else:
-        schema = {"type": "string", "x-unit": spec.unit}
+        schema = {"type": "string", "pattern": units.pattern(spec.unit), "x-unit": spec.unit}
         schema |= {f"x-{name}": limit for name, limit in limits.items()}
     if spec.kind in ("list", "names"):
         schema = {"type": "array", "items": schema}

@@ -48,9 +48,9 @@ def _check_protocols(config: Configuration) -> None:
             raise ConfigurationError(f"protocols: {protocol.parameter} has two of them; keep one")
         seen.add(protocol.parameter)
         unit = PARAMETERS[protocol.parameter].unit
-        for value in {min(protocol.values), max(protocol.values)}:
+        for value in dict.fromkeys(protocol.extremes()):
             try:
-                config.overlaid({"protocols": [], protocol.parameter: units.written(value, unit)})
+                config.overlaid({"protocols": [], "stimuli": [], protocol.parameter: units.written(value, unit)})
             except ConfigurationError as error:
                 raise ConfigurationError(f"protocols: {error}") from None
 
@@ -160,6 +160,15 @@ def _check_places(config: Configuration) -> None:
         if place > length:
             _refuse(key, f"{place} cm", "it lies beyond the anal end", f"use at most wall.length = {length} cm")
     _check_pacemaker_place(config)
+    for stimulus in config.stimuli:
+        if stimulus.high > length * (1.0 + 1e-9):
+            _refuse("stimuli", stimulus.text(), "it reaches beyond the anal end", f"end it at {length:g} cm at most")
+        if stimulus.sector < 360.0 and config.grid.conduction_columns == 1:
+            cause, fix = (
+                "one column cannot be driven in part",
+                "use 360 deg, or more columns, such as grid.n_theta = 16",
+            )
+            _refuse("stimuli", stimulus.text(), cause, fix)
 
 
 def _check_pacemaker_place(config: Configuration) -> None:
@@ -226,6 +235,14 @@ def _check_pellet(config: Configuration) -> None:
             f"{wall.length} cm",
             f"the pellet and its gap take {needed:.6g} cm (2 x pellet.radius + pellet.start_gap)",
             f"use a tube longer than {needed:.6g} cm or a smaller pellet",
+        )
+    closed = [f"wall.{end}" for end in ("oral_end", "anal_end") if getattr(wall, end) == "closed"]
+    if closed and pellet.friction_frame == "wall":
+        _refuse(
+            closed[0],
+            "closed",
+            "an end that holds the pellet is there for friction at rest only (pellet.friction_frame = wall)",
+            "use open, or pellet.friction_frame = rest",
         )
     stretch = pellet.radius / wall.radius
     if stretch > LARGEST_STRETCH:

@@ -7,25 +7,49 @@ synchronised. Operations are the system's own, so that "written" and "safe from 
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import stat
 from pathlib import Path
+from typing import Any
+
+from .errors import WriteError
+
+fcntl: Any
+try:
+    import fcntl
+except ImportError:  # no POSIX system: runs that write nothing need none of it
+    fcntl = None
 
 _FULL_SYNC: int | None = getattr(fcntl, "F_FULLFSYNC", None)
 """Where fsync leaves data in the drive's own memory (macOS), the order that does not."""
+NO_FOLLOW: int = getattr(os, "O_NOFOLLOW", 0)
+CLOSE_AT_START: int = getattr(os, "O_CLOEXEC", 0)
+_NO_WAITING: int = getattr(os, "O_NONBLOCK", 0)
+_AS_BYTES: int = getattr(os, "O_BINARY", 0)
+"""Flags of a file to be opened; 0 on systems that have no such flag."""
+
+
+def require_locks() -> None:
+    """Raise WriteError where results cannot be kept: nothing would tell two processes in one folder apart."""
+    if fcntl is None:
+        raise WriteError(
+            "this system has no POSIX file locks (Python's module fcntl), without which results cannot be kept safely; "
+            "use Linux, macOS or WSL, or run from Python without a folder"
+        )
 
 
 class Disk:
-    """Operations on files and folders; all raise OSError as the system does."""
+    """Operations on files and folders; all raise OSError as the system does, or WriteError if it has no locks."""
 
     def make_folder(self, path: Path) -> None:
         """Make a folder and its parents, unless it is there."""
+        require_locks()
         path.mkdir(parents=True, exist_ok=True)
 
     def write(self, path: Path, content: bytes) -> None:
         """Write a whole file, over an old one of this name if there is one; a symbolic link is not followed."""
-        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
+        require_locks()
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | NO_FOLLOW | CLOSE_AT_START, 0o666)
         try:
             view = memoryview(content)
             while view:
@@ -39,7 +63,7 @@ class Disk:
 
     def synchronise(self, path: Path) -> None:
         """Return when a file, or the names in a folder, would survive a power failure."""
-        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        descriptor = os.open(path, os.O_RDONLY | CLOSE_AT_START)
         try:
             if _FULL_SYNC is not None:  # pragma: no cover (macOS)
                 fcntl.fcntl(descriptor, _FULL_SYNC)
@@ -86,13 +110,19 @@ def replace_file(path: Path, content: bytes, mark: str = "") -> None:
     DISK.synchronise(path.parent)
 
 
-def read_regular(path: Path, most: int) -> bytes:
-    """The content of a regular file of at most `most` bytes; OSError for anything else, a symbolic link included."""
-    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+def read_regular(path: Path, most: int, follow: bool = False) -> bytes:
+    """The content of a regular file of at most `most` bytes; OSError for anything else: pipes, devices, folders.
+
+    follow: whether a symbolic link to one will do. A pipe that nobody writes to is not waited for.
+    """
+    link = 0 if follow else NO_FOLLOW
+    descriptor = os.open(path, os.O_RDONLY | link | _NO_WAITING | CLOSE_AT_START | _AS_BYTES)
     with os.fdopen(descriptor, "rb") as file:
         about = os.fstat(descriptor)
+        if stat.S_ISDIR(about.st_mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
         if not stat.S_ISREG(about.st_mode):
             raise OSError(errno.EINVAL, "it is not a regular file")
         if about.st_size > most:
             raise OSError(errno.EFBIG, f"it has {about.st_size} bytes, more than {most}")
-        return file.read(most + 1)
+        return file.read(about.st_size + 1)

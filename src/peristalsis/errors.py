@@ -55,6 +55,10 @@ class DivergenceError(PeristalsisError):
     status = "diverged"
 
 
+class StoppedRun(PeristalsisError):
+    """A run that has come to its end was asked to go on."""
+
+
 class WriteError(PeristalsisError):
     """A result could not be written."""
 

@@ -76,6 +76,18 @@ def fields_of(hint: type) -> dict[str, Any]:
     return {name: hints[name] for name in hint._fields}  # type: ignore[attr-defined]
 
 
+def _meant(hint: Any) -> Any:
+    """What an annotation stands for: a named alias is what it names, with its parameters put in.
+
+    numpy's NDArray is such an alias in some releases and plain shorthand for ndarray[...] in others.
+    """
+    while (named := getattr(alias := get_origin(hint) or hint, "__value__", None)) is not None:
+        given = dict(zip(getattr(alias, "__type_params__", ()), get_args(hint), strict=False))
+        free = getattr(named, "__parameters__", ())
+        hint = named[tuple(given.get(one, Any) for one in free)] if free else named
+    return hint
+
+
 def _is_record(hint: Any) -> bool:
     return isinstance(hint, type) and (dataclasses.is_dataclass(hint) or hasattr(hint, "_fields"))
 
@@ -104,6 +116,7 @@ def _alternative(hint: Any) -> Any:
 
 
 def _fits(hint: Any) -> bool:
+    hint = _meant(hint)
     if hint in _PLAIN or _is_array(hint):
         return True
     if _is_record(hint):
@@ -117,6 +130,7 @@ def _fits(hint: Any) -> bool:
 
 
 def _encode(value: Any, hint: Any, arrays: list[np.ndarray]) -> Any:
+    hint = _meant(hint)
     if _is_array(hint):
         return _keep(np.asarray(value), arrays)
     if hint is float:
@@ -148,6 +162,7 @@ def _keep(array: np.ndarray, arrays: list[np.ndarray]) -> int:
 
 def _stacked(values: Any, item: Any) -> np.ndarray | None:
     """Many equal things as one array: numbers, rows of numbers, arrays; None if they are something else."""
+    item = _meant(item)
     if len(values) == 0:
         return None
     if item is float or item is int:
@@ -160,6 +175,7 @@ def _stacked(values: Any, item: Any) -> np.ndarray | None:
 
 
 def _decode(node: Any, hint: Any, arrays: list[np.ndarray]) -> Any:
+    hint = _meant(hint)
     if _is_array(hint):
         return arrays[node]
     if hint is float:
@@ -188,6 +204,7 @@ def _decode(node: Any, hint: Any, arrays: list[np.ndarray]) -> Any:
 
 
 def _unstacked(stack: np.ndarray, item: Any) -> list[Any]:
+    item = _meant(item)
     if _is_array(item):
         return list(stack)
     return [tuple(row) for row in stack.tolist()] if get_origin(item) is tuple else stack.tolist()

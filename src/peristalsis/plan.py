@@ -29,6 +29,8 @@ LARGEST_FILE = 1024 * 1024
 """Bytes of a batch file."""
 
 TABLES = ("scenario", "reading", "changes", "grid", "points")
+LONGEST_NAME = 120
+"""Characters of the name of a point of a grid, which is made of its values."""
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,39}")
 
 
@@ -112,8 +114,14 @@ def _grid(axes: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
         if not isinstance(values, list) or not values:
             raise ConfigurationError(f"grid: {shown(key)} = {shown(values)}: give a list of its values")
     _count(math.prod(len(values) for values in axes.values()))
+    short = [key.rpartition(".")[2] for key in axes]
+    labels = [key if short.count(last) > 1 else last for key, last in zip(axes, short, strict=True)]
     for chosen in itertools.product(*axes.values()):
-        yield "run", dict(zip(axes, chosen, strict=True))
+        name = ", ".join(f"{label} = {as_text(value)}" for label, value in zip(labels, chosen, strict=True))
+        yield (
+            name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 3]}...",
+            dict(zip(axes, chosen, strict=True)),
+        )
 
 
 def _count(points: int) -> None:
@@ -146,6 +154,12 @@ def _flat(tree: Any, where: str) -> dict[str, Any]:
             if key in flat:
                 raise ConfigurationError(f"{where}: {key} is given twice; keep one")
             if key not in KEYS and not (key == "name" and where.startswith("points")):
+                if where == "grid" and f"grid.{key}" in KEYS:
+                    raise UnknownKeyError(
+                        f"grid: {shown(key)} is not a parameter. The table [grid] of a batch lists parameters by their "
+                        f"whole names, each with its values; for the parameter write there "
+                        f'"grid.{key}" = [...], or in [changes] grid.{key} = ... for all points'
+                    )
                 raise UnknownKeyError(f"{where}: {shown(key)} is not a parameter; {suggestion(key, KEYS)}")
             flat[key] = one
     return flat

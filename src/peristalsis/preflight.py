@@ -11,9 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from . import asked
 from .build import build, diffusivity
 from .config import Configuration
 from .consistency import output_size
+from .ends import BULGE, bulges
 from .errors import ConfigurationError, DivergenceError, shown
 from .model.explicit_limits import Limits, limits
 from .model.model import Model
@@ -112,11 +114,13 @@ def largest_pull(model: Model) -> float:
 
 
 def remarks(configuration: Configuration) -> list[str]:
-    """Warnings before a run; none for the shipped settings."""
+    """Warnings before a run, with its inputs as they are at t = 0; none for the shipped settings."""
+    said = asked.remarks(configuration)
+    configuration = configuration.at_start()
     model = build(configuration)
     found = [*_unseen_regions(configuration), *_around(configuration, model)]
     found += [*_grids(configuration), *_end_layer(configuration, model), *_steps(model)]
-    return [*found, *_forces(configuration, model), *_memory(configuration)]
+    return [*said, *found, *_forces(configuration, model), *_memory(configuration)]
 
 
 def disk_remarks(configuration: Configuration, folder: Path) -> list[str]:
@@ -130,6 +134,20 @@ def disk_remarks(configuration: Configuration, folder: Path) -> list[str]:
     return [
         f"{shown(str(place))} has {free / 1e9:.2g} GB free, and the run may take {needed / 1e9:.2g} GB with its "
         "checkpoints; make room, or lengthen output.interval"
+    ]
+
+
+def remarks_of_start(configuration: Configuration, state: State) -> list[str]:
+    """Whether the inflated tube bulges over its clamped rings before anything happens."""
+    oral, anal = (float(part[0]) for part in bulges(state.wall.position[None, :, :, 2], configuration.wall.length))
+    worst = max(oral, anal)
+    if worst <= BULGE * configuration.wall.radius:
+        return []
+    widest = float(state.wall.position[:, :, 0].max())
+    return [
+        f"lumen.pressure = {configuration.lumen.pressure:g} kPa: the inflated tube, {2.0 * widest:.2g} cm wide, bulges "
+        f"{worst:.2g} cm over its clamped rings of {2.0 * configuration.wall.radius:.2g} cm; read nothing from its "
+        "shape near the ends, or lower the pressure"
     ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -11,10 +12,36 @@ ALL = "all"
 ALWAYS = ("radius", "angle", "axial_position")
 """The places of the wall: without them no picture and no comparison is possible."""
 CHOICES = (ALL, *(output.name for output in FIELDS if output.name not in ALWAYS))
-"""What `output.fields` may name."""
+"""What `output.fields` may name of the package's own fields."""
+
+
+def choices() -> tuple[str, ...]:
+    """What `output.fields` may name, fields that were registered from outside included."""
+    return (ALL, *(output.name for output in FIELDS if output.name not in ALWAYS))
+
 
 NUMBER = 8
 """Bytes of a number."""
+
+
+ROUNDING = 1e-6
+"""Share of a step below which a time is taken to be at the step."""
+
+
+def whole_steps(duration: float, step: float) -> int:
+    """The least number of steps that take at least `duration`, both in s."""
+    return max(1, math.ceil(duration / step - ROUNDING))
+
+
+def frames_apart(interval: float, step: float) -> float:
+    """Steps from one frame to the next: `interval` over `step`, both in s, whole if it is so but for rounding."""
+    ratio = max(1.0, interval / step)
+    return float(round(ratio)) if abs(ratio - round(ratio)) < ROUNDING else ratio
+
+
+def due(step: int, every: float) -> bool:
+    """Whether a step is the first at or after a multiple of `every` steps."""
+    return math.floor((step + ROUNDING) / every) > math.floor((step - 1 + ROUNDING) / every)
 
 
 class Recording(NamedTuple):

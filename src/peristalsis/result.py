@@ -7,8 +7,9 @@ import io
 import json
 import math
 import os
+import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,17 +17,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import acceptance, tables
 from ._version import __version__
+from .acceptance import MAY_BE_EMPTY
 from .config import Configuration
 from .disk import read_regular
 from .environment import code_version, machine, versions
 from .errors import ConfigurationError, shown
+from .locks import Claim
 from .manifest import FILE as MANIFEST_FILE
-from .manifest import SCHEMA
-from .names import COORDINATES, OUTPUTS
+from .manifest import SCHEMA, Manifest
+from .names import CERTAIN, COORDINATES, OUTPUTS, Output
 from .netcdf import netcdf_image
+from .paths import located
+from .readonly import ReadOnly, unwritable
 from .store import (
     CONFIGURATION_FILE,
+    RECORDS,
     RESULT_FILE,
     SUMMARY_FILE,
     Workspace,
@@ -35,6 +42,7 @@ from .store import (
     read_file,
     read_manifest,
     recover,
+    verify,
 )
 
 if TYPE_CHECKING:
@@ -44,35 +52,42 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-FAST_PART = (3.0, 8.0)
-"""Stretch of the undeformed tube over which wave speeds are measured [cm]."""
-
-SMALLEST_WORK = 1.0
-"""Least work against which the balance of a run is measured [mN cm]: at rest there is nothing to compare with."""
-SMALLEST_FORCE = 1.0
-"""The same for the balance of axial momentum [mN]."""
-
 LARGEST_RESULT = 4_000_000_000
 """Bytes of a file without a manifest that are read."""
 
 CLOCK = ("solver_wall_s", "compile_wall_s")
 """Numbers of a summary that are times on the clock, different in every run."""
 
+FOREIGN = (
+    *(ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError),
+    *(ConfigurationError, Warning),
+)
+"""What libraries raise when they are given a file that somebody else made."""
+LEFT_OUT = (*CLOCK, CERTAIN)
+"""Entries of a summary that a fingerprint leaves out."""
+
 UNFINISHED = ("interrupted", "diverged")
 """Runs that broke off: their last checkpoint is kept with them."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """One run: `dataset` (xarray, every output with its unit), `summary` (the numbers of --json), `configuration`.
 
-    `status` and `error` say how it ended; `plot` draws its figures.
+    `status` and `error` say how it ended; `plot` draws its figures. Nothing of it can be changed: what is stored is
+    what was computed. `dict(result.summary)` and `result.dataset.copy(deep=True)` are yours to change.
     """
 
     configuration: Configuration
     summary: Mapping[str, Any]
     arrays: Mapping[str, Floats]
     remarks: tuple[str, ...] = ()
+    foreign: Mapping[str, Output] = field(default_factory=dict)
+    """Outputs that were registered where the run was made and are not known here: by name, without their functions."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "summary", ReadOnly(self.summary))
+        object.__setattr__(self, "arrays", ReadOnly({name: unwritable(one) for name, one in self.arrays.items()}))
 
     @property
     def status(self) -> str:
@@ -85,16 +100,64 @@ class Result:
         text = self.summary.get("error")
         return None if text is None else str(text)
 
-    @cached_property
+    def key_numbers(self) -> list[tuple[str, str]]:
+        """What the run came to, in a few words and numbers each."""
+        summary = self.summary
+        numbers = (
+            ("transit", "transit_s", "s"),
+            ("travel", "travel_cm", "cm"),
+            ("mean velocity", "mean_velocity_cm_s", "cm/s"),
+            ("largest axial force", "max_axial_force_mN", "mN"),
+            ("simulated", "simulated_s", "s"),
+        )
+        found = [(label, summary.get(key), unit) for label, key, unit in numbers]
+        return [("status", self.status.replace("_", " "))] + [
+            (label, f"{value:.4g} {unit}") for label, value, unit in found if isinstance(value, int | float)
+        ]
+
+    def __repr__(self) -> str:
+        head = f"<peristalsis run {self.configuration.scenario}, reading {self.configuration.reading}>"
+        lines = [head, *(f"  {label}: {words}" for label, words in self.key_numbers())]
+        lines += [f"  error: {self.error}"] if self.error else []
+        lines += [f"  remark: {remark}" for remark in self.remarks[:3]]
+        more = len(self.remarks) - 3
+        lines += [f"  and {more} more, in .remarks"] if more > 0 else []
+        return "\n".join([*lines, "  see .summary, .dataset, .plot, .configuration"])
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        from .plots.thumbnail import thumbnail
+
+        about = escape(f"{self.configuration.scenario}, reading {self.configuration.reading}")
+        rows = "".join(f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in self.key_numbers())
+        notes = [*([f"error: {self.error}"] if self.error else []), *self.remarks]
+        said = "".join(f"<li>{escape(note)}</li>" for note in notes)
+        return (
+            f"<div><b>peristalsis run {about}</b><table>{rows}</table>{thumbnail(self)}"
+            f"{f'<ul>{said}</ul>' if said else ''}</div>"
+        )
+
+    @property
     def dataset(self) -> xarray.Dataset:
-        """All outputs with dimensions, units and long names; the configuration and versions are attributes."""
+        """All outputs with dimensions, units and long names; the configuration and versions are attributes.
+
+        A new one at each call, so that what is added to it or taken from it stays with the caller; its numbers are
+        those of the result and cannot be written to.
+        """
+        return self._dataset.copy(deep=False)
+
+    @cached_property
+    def _dataset(self) -> xarray.Dataset:
         import xarray
 
         coordinates = {output.name for output in COORDINATES}
         variables = {}
         for name, values in self.arrays.items():
-            output = OUTPUTS[name]
+            output = self.foreign[name] if name in self.foreign else OUTPUTS[name]
             attributes = {"units": output.unit, "long_name": output.long_name}
+            if not output.unit:  # of words
+                del attributes["units"]
             variables[name] = (output.dimensions, values, attributes)
         data = {name: value for name, value in variables.items() if name not in coordinates}
         coords = {name: value for name, value in variables.items() if name in coordinates}
@@ -114,7 +177,7 @@ class Result:
         It does not depend on how a run was stored, nor on the sign or payload of a nan.
         """
         digest = hashlib.sha256()
-        numbers = {key: value for key, value in self.summary.items() if key not in CLOCK}
+        numbers = {key: value for key, value in self.summary.items() if key not in LEFT_OUT}
         digest.update(json.dumps(json_ready(numbers), sort_keys=True).encode("ascii"))
         for name in sorted(self.arrays):
             values = np.asarray(self.arrays[name])
@@ -140,19 +203,19 @@ class Result:
         folder of the run, if it has one; its checkpoints stay with a run that broke off. Raises WriteError when the
         folder exists (without `overwrite`) or cannot be written; a workspace with checkpoints stays then.
         """
-        target = Path(folder)
+        target = located(folder)
         check_target(target, overwrite)
         own = workspace is None
-        place = Workspace(target) if workspace is None else workspace
+        place = Workspace(target, claim=Claim(target, alone=not overwrite)) if workspace is None else workspace
         try:
-            image = netcdf_image(self.arrays, self._attributes())
+            image = netcdf_image(self.arrays, self._attributes(), self.foreign)
             summary = json.dumps(json_ready(self.summary), indent=2, allow_nan=False) + "\n"
-            files = {
+            files = tables.files_of(self.configuration.naming_tables()) | {
                 RESULT_FILE: image,
                 CONFIGURATION_FILE: self.configuration.to_toml().encode("utf-8"),
                 SUMMARY_FILE: summary.encode("utf-8"),
             }
-            place.publish(files, self.status, self._about(), extras, self.status in UNFINISHED)
+            place.publish(files, self.status, self._about(), extras, self.status in UNFINISHED, overwrite)
         except BaseException:
             if own or not place.has_checkpoints():
                 place.discard()
@@ -165,6 +228,7 @@ class Result:
             "scenario": self.configuration.scenario,
             "configuration_sha256": self.configuration.digest(),
             "fingerprint": self.fingerprint,
+            "remarks": list(self.remarks),
             "code": code_version(),
             "versions": versions(),
             "machine": machine(),
@@ -188,18 +252,23 @@ class Result:
 
 
 def load(folder: str | os.PathLike[str]) -> Result:
-    """The result stored in a folder, as it was; every file must agree with the hashes of the manifest.
+    """The result stored in a folder, or in a file result.nc, as it was; every file must agree with the manifest.
 
-    Raises ConfigurationError if there is none, and DamagedResult if it is not whole. Results of versions without a
-    manifest are read as they are.
+    Raises ConfigurationError if there is none, and DamagedResult if it is not whole or holds what no run can have. A
+    file that was taken out of its folder, and results of versions without a manifest, are read as they are, with a
+    remark that nothing vouches for them.
     """
-    path = Path(folder)
-    place = path if path.is_dir() or path.name != RESULT_FILE else path.parent
+    path = located(folder)
+    place, file = (path.parent, path.name) if path.is_file() else (path, RESULT_FILE)
     recover(place)
-    found = read_manifest(place)
+    found = read_manifest(place) if file == RESULT_FILE else None
+    remarks: tuple[str, ...] = ()
+    contents: dict[str, bytes] = {}
     if found is None:
-        image = _without_manifest(place)
+        image = _without_manifest(place, file)
+        remarks = (f"{file} has no {MANIFEST_FILE} beside it: whether it is as it was written could not be checked",)
     elif RESULT_FILE not in found.files:
+        _read_record(place, found)
         raise ConfigurationError(
             f"{shown(str(place))} holds the record of a run that is {found.status.replace('_', ' ')} and has no "
             f"numbers; {SUMMARY_FILE} says why"
@@ -208,36 +277,101 @@ def load(folder: str | os.PathLike[str]) -> Result:
         contents = {name: read_file(place, name, entry) for name, entry in found.files.items()}
         image = contents[RESULT_FILE]
     try:
-        return _decoded(image, checked=found is not None)
-    except (OSError, ValueError, KeyError, TypeError, RuntimeError) as error:
-        raise damaged(place, f"{RESULT_FILE}: {' '.join(str(error).split())[:120]}") from None
+        tables.take_in(contents)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # what libraries have to say of a foreign file is no business of the user's
+            result = _decoded(image, remarks, alone=not (place / SUMMARY_FILE).exists())
+        if found is not None and found.status != result.status:
+            raise ValueError(f"it is {result.status}, and {MANIFEST_FILE} says {found.status}")
+        return result
+    except FOREIGN as error:
+        raise damaged(path, f"{file}: {' '.join(str(error).split())[:160]}") from None
 
 
-def _without_manifest(place: Path) -> bytes:
-    """The content of a result of a version without a manifest."""
+def check(folder: str | os.PathLike[str]) -> Manifest:
+    """The manifest of a stored run whose files agree with it and hold a result, or the record of why there is none.
+
+    Raises DamagedResult, and ConfigurationError if there is no manifest.
+    """
+    place = Path(folder)
+    found = verify(place)
+    if RESULT_FILE in found.files:
+        load(place)
+    else:
+        _read_record(place, found)
+    return found
+
+
+def _read_record(place: Path, found: Manifest) -> None:
+    """See to it that a result without numbers is the record of a run that has none."""
+    if found.status not in RECORDS:
+        raise damaged(place, f"{MANIFEST_FILE} lists no {RESULT_FILE}, and the run is {found.status}")
+    read_summary(place, found)
+
+
+def read_summary(place: Path, found: Manifest) -> dict[str, Any]:
+    """The summary of a stored run or record. Raises DamagedResult if it is none."""
     try:
-        return read_regular(place / RESULT_FILE, LARGEST_RESULT)
+        summary = json.loads(read_file(place, SUMMARY_FILE, found.files[SUMMARY_FILE]))
+        if RESULT_FILE in found.files:
+            acceptance.check_summary(summary)
+        else:
+            acceptance.check_record(summary)
+        if summary["status"] != found.status:
+            raise ValueError(f"{MANIFEST_FILE} says {found.status}")
+    except (KeyError, ValueError, RecursionError) as error:
+        raise damaged(place, f"{SUMMARY_FILE}: {' '.join(str(error).split())[:120]}") from None
+    return dict(summary)
+
+
+def _without_manifest(place: Path, file: str) -> bytes:
+    """The content of a file that is alone, or of a result of a version without a manifest."""
+    try:
+        return read_regular(place / file, LARGEST_RESULT)
     except (FileNotFoundError, NotADirectoryError):
         raise ConfigurationError(
             f"no result in {shown(str(place))}: {RESULT_FILE} is missing; run a scenario first"
         ) from None
     except OSError as error:
-        raise damaged(place, f"{RESULT_FILE}: {error.strerror or error}") from None
+        raise damaged(place, f"{file}: {error.strerror or error}") from None
 
 
-def _decoded(image: bytes, checked: bool) -> Result:
-    """The result in the content of result.nc. Raises the errors of the libraries, and ValueError."""
+def _decoded(image: bytes, remarks: tuple[str, ...], alone: bool) -> Result:
+    """The result in the content of result.nc. Raises ValueError where it is none, and the errors of the libraries."""
     import xarray
 
     with xarray.open_dataset(io.BytesIO(image), engine="h5netcdf") as stored:
-        dataset = stored.load()
-    if not checked and "schema" in dataset.attrs:
-        raise ValueError(f"{MANIFEST_FILE} is missing")
-    configuration = Configuration.from_toml(str(dataset.attrs["configuration"]))
-    summary = json.loads(dataset.attrs["summary"])
-    arrays = {str(name): np.asarray(dataset[name].values) for name in dataset.variables}
-    remarks = tuple(text for text in str(dataset.attrs.get("remarks", "")).split(" | ") if text)
-    return Result(configuration, summary, arrays, remarks)
+        acceptance.check_sizes({str(name): stored[name].nbytes for name in stored.variables}, image)
+        known = [str(name) for name in stored.variables if name in OUTPUTS]
+        foreign = {name: _foreign(name, stored[name]) for name in map(str, stored.variables) if name not in OUTPUTS}
+        if remarks and "schema" in stored.attrs and not alone:
+            raise ValueError(f"{MANIFEST_FILE} is missing")
+        configuration = Configuration.from_toml(str(stored.attrs["configuration"]))
+        summary = json.loads(str(stored.attrs["summary"]))
+        acceptance.check_summary(summary, configuration.scenario)
+        found = {name: (tuple(map(str, stored[name].dims)), stored[name].shape) for name in known}
+        steps = stored.sizes["time_step"]
+        for name, output in OUTPUTS.items():  # what lies on a dimension without length is not in the file
+            lacking = [one for one in output.dimensions if one in MAY_BE_EMPTY and one not in stored.sizes]
+            if name not in found and lacking:
+                found[name] = output.dimensions, tuple(0 if one in lacking else steps for one in output.dimensions)
+        acceptance.check_shapes(found, configuration)
+        arrays = {
+            name: np.asarray(stored[name].values) if name in known else np.zeros(found[name][1]) for name in found
+        }
+        arrays |= {name: np.asarray(stored[name].values) for name in foreign}
+        said = str(stored.attrs.get("remarks", ""))
+    for name in acceptance.TEXTS:
+        if name in arrays and name in found:
+            arrays[name] = arrays[name].astype(object)
+    acceptance.check_numbers(arrays, configuration.pellet.enabled)
+    return Result(configuration, summary, arrays, (*(text for text in said.split(" | ") if text), *remarks), foreign)
+
+
+def _foreign(name: str, variable: xarray.DataArray) -> Output:
+    """An output that was registered where the run was made."""
+    unit, long_name = (str(variable.attrs.get(key, "")) for key in ("units", "long_name"))
+    return Output(name, tuple(map(str, variable.dims)), unit, long_name)
 
 
 def json_ready(value: Any) -> Any:
@@ -251,73 +385,3 @@ def json_ready(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
-
-
-def wave_speed(z: Floats, activation: Floats) -> float | None:
-    """Speed of the first wave [cm/s]: slope of place over activation time between 3 and 8 cm; None if none passed.
-
-    z: cells [cm], (n_z,); activation: first activation times [s], (n_z,), nan where there was none.
-    """
-    part = (z > FAST_PART[0]) & (z < FAST_PART[1])
-    if part.sum() < 3 or not np.isfinite(activation[part]).all():
-        return None
-    slowness = float(np.polyfit(z[part], activation[part], 1)[0])
-    return 1.0 / slowness if slowness != 0.0 else None
-
-
-def summarise(
-    configuration: Configuration,
-    arrays: Mapping[str, Floats],
-    status: str,
-    error: str | None,
-    transit: float | None,
-    absolute_work: float,
-    cost: Mapping[str, float],
-) -> dict[str, Any]:
-    """The numbers of --json from the recorded arrays; see docs/conventions for each of them."""
-    pellet = configuration.pellet.enabled
-    time = arrays["time_step"]
-    simulated = float(time[-1])
-    position = arrays["pellet_position"]
-    travel = float(position[-1] - position[0]) if pellet else None
-    until = transit if transit is not None else simulated
-    if pellet and transit is not None:
-        travel = float(np.interp(transit, time, position) - position[0])
-    speeds = {
-        layer: wave_speed(arrays["z_cell"], arrays[f"activation_{layer}"][:, 0])
-        for layer in ("longitudinal", "circular")
-    }
-    residual = float(np.abs(arrays["power_residual"]).max()) / max(absolute_work, SMALLEST_WORK)
-    axial = max(float(np.abs(arrays[name]).max()) for name in ("oral_reaction", "anal_reaction", "axial_force"))
-    momentum = arrays["momentum_residual"][np.isfinite(arrays["momentum_residual"])]
-
-    def peak(name: str) -> float | None:
-        return float(np.nanmax(np.abs(arrays[name]))) if pellet else None
-
-    summary = {
-        "scenario": configuration.scenario,
-        "reading": configuration.reading,
-        "status": status,
-        "error": error,
-        "transit_s": transit,
-        "start_cm": float(position[0]) if pellet else None,
-        "final_position_cm": float(position[-1]) if pellet else None,
-        "travel_cm": travel,
-        "mean_velocity_cm_s": travel / until if travel is not None and until > 0.0 else None,
-        "max_velocity_cm_s": float(arrays["pellet_velocity"].max()) if pellet else None,
-        "max_axial_force_mN": peak("axial_force"),
-        "max_normal_force_mN": peak("normal_force"),
-        "max_lumen_pressure_kPa": float(arrays["lumen_pressure"].max()),
-        "max_contact_pressure_kPa": peak("max_contact_pressure"),
-        "wave_speed_cm_s": speeds,
-        "min_diameter_cm": float(arrays["min_diameter"].min()),
-        "power_residual": residual,
-        "momentum_residual": float(np.abs(momentum).max(initial=0.0)) / max(axial, SMALLEST_FORCE),
-        "simulated_s": simulated,
-        "solver_wall_s": cost.get("solver_wall_s", 0.0),
-        "compile_wall_s": cost.get("compile_wall_s", 0.0),
-        "steps": int(time.size - 1),
-        "version": __version__,
-    }
-    cleaned: dict[str, Any] = json_ready(summary)
-    return cleaned

@@ -8,28 +8,33 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, is_dataclass
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, is_dataclass, replace
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from . import preflight, units
+from . import convergence, preflight, tables, units
 from .build import build
 from .checkpoint import Checkpoints, Found, Head, newest_of
-from .config import FIELDS, Configuration
+from .config import ENDS, FIELDS, Configuration
+from .ends import ANALLY, ORALLY
 from .environment import code_version
-from .errors import ConfigurationError, DivergenceError, InterruptedRun, shown, suggestion
+from .errors import ConfigurationError, DivergenceError, InterruptedRun, StoppedRun, shown, suggestion
 from .events import Event, EventRecorder
+from .findings import remarks_of_summary
 from .model.guards import advance_safely, violation
 from .model.initial import initial_state
 from .model.model import Model
 from .model.state import PelletState, State
+from .moment import Moment
+from .names import ACTIVATION, EVENTS
 from .observers import (
     ARREST_TRAVEL,
     ARREST_WINDOW,
+    AT_REST,
+    REACHED,
     Callback,
     Expulsion,
     FieldRecorder,
@@ -37,11 +42,16 @@ from .observers import (
     ProbeRecorder,
     ScalarRecorder,
     StopConditions,
+    read_off,
 )
 from .packing import pack, packable, unpack
+from .paths import located
 from .protocols import changeable, values_at
-from .recording import chosen
-from .result import Result, summarise
+from .recording import chosen, frames_apart, whole_steps
+from .result import Result, load
+from .store import LAST_STATE
+from .summary import summarise
+from .upstrokes import UpstrokeRecorder, wave_columns
 from .warm_up import warm_up
 
 
@@ -64,12 +74,16 @@ class Simulation:
         self._begun_with = configuration
         explicit = configuration.solver.integrator == "explicit"
         self.compile_seconds = warm_up(surface=configuration.grid.n_theta > 1, explicit=explicit)
-        self.model, self.state, remarks = initial_state(build(configuration))
+        self._courses = configuration.time_courses()
+        self._inputs = values_at(self._courses, 0.0)
+        self._built_from = configuration.at_time(self._inputs)
+        self.model, self.state, remarks = initial_state(build(self._built_from))
         if explicit:
             preflight.check_explicit_step(configuration, self.model, self.state)
-        self.remarks = [*preflight.remarks(configuration), *remarks]
+        at_start = preflight.remarks_of_start(configuration, self.state)
+        self.remarks = [*preflight.remarks(configuration), *remarks, *at_start, *convergence.start_remarks(self.model)]
         dt = self.model.dt_wall
-        every = max(1, round(configuration.output.interval / dt))
+        every = frames_apart(configuration.output.interval, dt)
         cell = self.model.grid.cell_size
         probes = np.array(configuration.output.probes, dtype=float)
         cells = np.clip((probes / cell).astype(np.int64), 0, self.model.grid.n_z - 1)
@@ -77,19 +91,20 @@ class Simulation:
         self._fields = FieldRecorder(every, chosen(configuration.output.fields))
         self._probes = ProbeRecorder(cells)
         self._events = EventRecorder()
-        self._expulsion = Expulsion(configuration.run.stop_when_expelled)
+        self._upstrokes = UpstrokeRecorder()
         run = configuration.run
+        self._expulsion = Expulsion(run.stop_when_expelled)
+        self._stops = StopConditions(run.stop_position, run.stop_when_arrested)
         self._observers: list[Observer] = [
             self._scalars,
             self._fields,
             self._probes,
             self._events,
+            self._upstrokes,
             self._expulsion,
-            StopConditions(run.stop_position, run.stop_when_arrested),
+            self._stops,
             *observers,
         ]
-        self._courses = configuration.time_courses()
-        self._inputs: dict[str, float] = {}
         if progress is not None:
             self._observers.append(Callback(progress))
         self.stopped: str | None = None
@@ -108,14 +123,26 @@ class Simulation:
         folder: str | PathLike[str],
         observers: tuple[Observer, ...] = (),
         progress: Callable[[float, float], None] | None = None,
+        changes: Mapping[str, Any] | None = None,
     ) -> Simulation:
-        """The run whose checkpoint is in a folder, or in the hidden ones beside it, as it stood then.
+        """The run whose checkpoint or last state is in a folder, or in the hidden ones beside it, as it stood then.
 
         observers: of the same kinds as before; those that are dataclasses of plain data go on with what they held.
-        Raises ConfigurationError if there is no whole checkpoint, or if it is of another version of the code.
+        changes: another end, such as {"run.duration": "5 s"} for a run that had finished (`config.ENDS`). Raises
+        ConfigurationError if there is no whole checkpoint, if it is of another version of the code, or if the run
+        would have ended before with these changes.
         """
-        found = newest_of(Path(folder))
-        simulation = cls(Configuration.from_toml(found.head.configuration), observers, progress)
+        found = newest_of(located(folder))
+        with suppress(ValueError):  # of a version without tables: `restore` says what is to be said
+            tables.hold_all(unpack(found.content, {"tables": dict[str, np.ndarray]})["tables"])
+        configuration = Configuration.from_toml(found.head.configuration)
+        if changes is not None:
+            begun, configuration = configuration, configuration.with_changes(changes)
+            if begun.digest(ends=False) != configuration.digest(ends=False):
+                raise ConfigurationError(
+                    f"a run that is under way is not made another one: only {', '.join(ENDS)} can change; run it anew"
+                )
+        simulation = cls(configuration, observers, progress)
         simulation.restore(found)
         return simulation
 
@@ -133,11 +160,17 @@ class Simulation:
         """Advance by a time such as "0.1 s" or "50 ms" and return the state.
 
         Whole steps only: the steps are those of an uninterrupted run whatever the pieces, and what is left of a
-        piece is kept for the next. Raises DivergenceError (the history stays) and ConfigurationError (bad time).
+        piece is kept for the next. Raises DivergenceError (the history stays), ConfigurationError (bad time) and
+        StoppedRun if the run has been stopped: `stopped` holds the reason, None before.
         """
         seconds = units.parse(duration, "s", "advance")
         if seconds <= 0.0:
             raise ConfigurationError(f"advance = {seconds:g} s is not a step forward; give a positive time")
+        if self.stopped is not None:
+            raise StoppedRun(
+                f"the run was stopped at t = {self.time:.6g} s ({self.stopped}) and does not go on; "
+                f"{_way_on(self.stopped)}"
+            )
         self._target += seconds
         self._advance_to(self._target)
         return self.state
@@ -145,17 +178,26 @@ class Simulation:
     def set(self, changes: Mapping[str, Any]) -> None:
         """Change inputs of the run from now on, such as {"lumen.pressure": "0.2 kPa"}; V0 stays.
 
-        Only pressure, friction, muscle force, conductances and the drivers can change (`protocols.changeable`).
+        Only pressure, friction, muscle force, conductances and the drivers can change (`protocols.changeable`). The
+        protocol of a parameter that is set ends here, in the configuration too, and the event says so.
         Raises ConfigurationError for anything else and for bad values; nothing changes then.
         """
-        fixed = [key for key in changes if not changeable(str(key))]
+        fixed = [key for key in changes if key not in FIELDS or not changeable(key)]
         if fixed:
             known = [key for key in FIELDS if changeable(key)]
             raise ConfigurationError(f"{fixed[0]} cannot change during a run; {suggestion(str(fixed[0]), known)}")
-        self.configuration = self.configuration.with_changes(changes)
-        self.model = build(self.configuration, like=self.model)
-        self._inputs = {}
-        words = ", ".join(f"{key} = {value}" for key, value in changes.items())
+        ended = {course.parameter for course in self._courses} & changes.keys()
+        lasting = [
+            line
+            for line, course in zip(self.configuration.protocols, self._courses, strict=True)
+            if course.parameter not in ended
+        ]
+        self.configuration = self.configuration.with_changes({**changes, "protocols": lasting} if ended else changes)
+        self._courses = self.configuration.time_courses()
+        self._follow_protocols(anew=True)
+        words = ", ".join(
+            f"{key} = {value}{' (its protocol ends)' if key in ended else ''}" for key, value in changes.items()
+        )
         self._events.note(self.time, "input_changed", math.nan, words)
 
     def events(self) -> tuple[Event, ...]:
@@ -164,33 +206,57 @@ class Simulation:
 
     def run(self) -> Result:
         """Advance to the end and return the result; a run that breaks off returns its history and says why."""
+        self.failure = self.error = None  # of an earlier call: this one goes on from there
         try:
-            self._advance_to(self.configuration.run.duration)
+            dt = self.model.dt_wall
+            self._advance_to(whole_steps(self.configuration.run.duration, dt) * dt)
         except (DivergenceError, InterruptedRun) as error:
             self.failure = error
             self.error = str(error)
             if self._checkpoints is not None and violation(self.model, self.state) is None:
                 self._checkpoints.write(self.time, self.checkpoint())
+        self._target = max(self._target, self.time)
         return self.result()
 
     def _advance_to(self, target: float) -> None:
         last = math.floor(target / self.model.dt_wall + 1e-9)
-        with _stop_at_signals() as stopped:
-            while self.state.step < last and self.stopped is None:
-                if stopped():
-                    raise InterruptedRun(f"interrupted at t = {self.time:.6g} s; the history up to there is kept")
-                self._step()
-                if self._checkpoints is not None and self._checkpoints.due(self.time):
-                    self._checkpoints.write(self.time, self.checkpoint())
+        try:
+            with _stop_at_signals() as stopped:
+                while self.state.step < last and self.stopped is None:
+                    if stopped():
+                        raise InterruptedRun(f"interrupted at t = {self.time:.6g} s; the history up to there is kept")
+                    self._step()
+                    if self._checkpoints is not None and self._checkpoints.due(self.time):
+                        self._checkpoints.write(self.time, self.checkpoint())
+        finally:  # the next piece begins where this one ended
+            self._target = self.time if self.state.step < last else max(self._target, self.time)
 
     def checkpoint(self) -> bytes:
         """Everything that the rest of the run depends on, to the bit; `restore` takes it."""
         return pack(self._parts())
 
+    def last_state(self) -> bytes:
+        """The checkpoint of a run that is stored, without what its result holds: a longer run goes on from it."""
+        parts = self._parts()
+        for name, (observer, hint) in parts.items():
+            match observer:
+                case ScalarRecorder():
+                    parts[name] = (replace(observer, rows=[]), hint)
+                case ProbeRecorder():
+                    parts[name] = (replace(observer, rows=[]), hint)
+                case FieldRecorder():
+                    parts[name] = (replace(observer, steps=[], frames={}), hint)
+        return pack(parts)
+
     def restore(self, found: Found) -> None:
-        """Go on from a checkpoint of the same configuration. Raises ConfigurationError if it is of another run."""
+        """Go on from a checkpoint of the same configuration, or of one that differs in `config.ENDS` alone.
+
+        Raises ConfigurationError if it is of another run, or if this one would have ended before.
+        """
         if found.head.digest != self._begun_with.digest():
-            raise ConfigurationError("the checkpoint is of another configuration; resume the run it belongs to")
+            begun = Configuration.from_toml(found.head.configuration)
+            if begun.digest(ends=False) != self._begun_with.digest(ends=False):
+                raise ConfigurationError("the checkpoint is of another configuration; resume the run it belongs to")
         if found.head.code != code_version():
             raise ConfigurationError(
                 f"the checkpoint was written by version {found.head.code} and this is {code_version()}: equations may "
@@ -202,12 +268,19 @@ class Simulation:
             raise ConfigurationError(f"the checkpoint {shown(str(found.file))} cannot be taken up: {error}") from None
         self.state = parts["state"]
         clock: _Clock = parts["clock"]
-        self.stopped, self._target, self._solver_seconds = clock.stopped, clock.target, clock.solver_seconds
+        self.stopped, self._solver_seconds = clock.stopped, clock.solver_seconds
+        self._target = max(clock.target, self.time)
         if clock.configuration != self.configuration.to_toml():
-            self.configuration = Configuration.from_toml(clock.configuration)
-            self.model = build(self.configuration, like=self.model)
+            ends = {key: text for key, text in self.configuration.texts().items() if key in ENDS}
+            self.configuration = Configuration.from_toml(clock.configuration).with_changes(ends)
+        self._courses = self.configuration.time_courses()
+        self._follow_protocols(anew=True)
         for name, observer in self._kept_observers().items():
             vars(observer).update(vars(parts[name]))
+        if found.file.name == LAST_STATE:
+            self._take_back(found)
+        if found.head.digest != self._begun_with.digest():
+            self._end_otherwise()
         self.remarks += found.remarks
         if found.head.start != self._start:
             self.remarks.append(
@@ -217,6 +290,47 @@ class Simulation:
         if self._checkpoints is not None:
             self._checkpoints.go_on_after(found)
 
+    def _take_back(self, found: Found) -> None:
+        """Hold again what the stored run had recorded up to its last state."""
+        stored = load(found.file.parent)
+        arrays = stored.arrays
+        if stored.configuration.digest() != found.head.digest or len(arrays["time_step"]) != found.head.step + 1:
+            raise ConfigurationError(f"{shown(str(found.file))} is not of the result beside it; run anew")
+        self._scalars.take_back(arrays)
+        self._probes.take_back(arrays)
+        self._fields.take_back(np.rint(arrays["time"] / self.model.dt_wall).astype(np.int64).tolist(), arrays)
+
+    def _end_otherwise(self) -> None:
+        """Take conditions of ending that the run did not have so far, as if it had had them from its start."""
+        run, last = self.configuration.run, self.state.step
+        if math.floor(run.duration / self.model.dt_wall + 1e-9) < last:
+            raise ConfigurationError(
+                f"run.duration = {run.duration:g} s: the run has come to t = {self.time:.6g} s and is not made "
+                "shorter; give a longer time, or run it anew (--overwrite)"
+            )
+        self._expulsion.stop = run.stop_when_expelled
+        self._stops.position, self._stops.when_arrested = run.stop_position, run.stop_when_arrested
+        endings: list[tuple[int, str]] = []
+        if self._expulsion.stop and self._expulsion.way is not None:
+            left = self._expulsion.time if self._expulsion.time is not None else self._expulsion.oral_time
+            assert left is not None
+            endings.append((math.ceil(left / self.model.dt_wall - 1e-9), self._expulsion.way))
+        if self.model.pellet.present:
+            met = self._stops.replayed(self.model.dt_wall, self._scalars.columns()["pellet_position"].tolist())
+            endings += [] if met is None else [met]
+        first = min(endings, default=None, key=lambda ending: ending[0])
+        if first is not None and first[0] < last:
+            raise ConfigurationError(
+                f"with this condition the run would have ended at t = {first[0] * self.model.dt_wall:.6g} s "
+                f"({first[1]}), and it has come to t = {self.time:.6g} s; run it anew (--overwrite)"
+            )
+        if self.stopped is not None and self.stopped.startswith((ANALLY, ORALLY, REACHED, AT_REST)):
+            events = self._events.events
+            self._events.events = [one for one in events if one.kind != "stopped" or one.words != self.stopped]
+            self.stopped = None
+        if first is not None and self.stopped is None:
+            self._stop(first[1])
+
     def _parts(self) -> dict[str, tuple[Any, Any]]:
         begun = self._begun_with
         head = Head(self.state.step, self.time, begun.digest(), begun.to_toml(), code_version(), self._start)
@@ -225,6 +339,10 @@ class Simulation:
             "head": (head, Head),
             "clock": (clock, _Clock),
             "state": (self.state, State),
+            "tables": (
+                tables.held((*begun.naming_tables(), *self.configuration.naming_tables())),
+                dict[str, np.ndarray],
+            ),
         }
         return parts | {name: (observer, type(observer)) for name, observer in self._kept_observers().items()}
 
@@ -233,12 +351,14 @@ class Simulation:
         named = {f"{place} {type(observer).__name__}": observer for place, observer in enumerate(self._observers)}
         return {name: one for name, one in named.items() if is_dataclass(one) and packable(type(one))}
 
-    def _follow_protocols(self) -> None:
-        """Put the protocols' values at the start of the coming step in place, where they have changed."""
+    def _follow_protocols(self, anew: bool = False) -> None:
+        """Put the protocols' values at the start of the coming step in place, where they have changed, or all anew."""
         values = values_at(self._courses, self.time)
-        if values != self._inputs:
+        if anew or values != self._inputs:
             self._inputs = values
-            self.model = build(self.configuration.at_time(values), like=self.model)
+            now = self.configuration.at_time(values)
+            self.model = build(now, like=self.model, since=self._built_from)
+            self._built_from = now
 
     def _step(self) -> None:
         before = self.state
@@ -251,15 +371,16 @@ class Simulation:
         for observer in self._observers:
             reason = observer.see(self.model, before, after, report)
             if reason is not None and self.stopped is None:
-                self.stopped = reason
-                expelled = self._expulsion.time is not None and reason == "expelled"
-                when = self._expulsion.time if expelled and self._expulsion.time is not None else self.time
-                self._events.note(when, "expelled" if expelled else "stopped", self.state.pellet.position, reason)
+                self._stop(reason)
+
+    def _stop(self, reason: str) -> None:
+        """The run ends with this step."""
+        self.stopped = reason
+        if reason != self._expulsion.way:  # the end that it left by is an event already
+            self._events.note(self.time, "stopped", self.state.pellet.position, reason)
 
     def result(self) -> Result:
-        """The result so far."""
-        if violation(self.model, self.state) is None:
-            self._fields.finish(self.model, self.state)
+        """The result so far; the run itself is left as it is."""
         arrays = self._arrays()
         cost = {"solver_wall_s": self._solver_seconds, "compile_wall_s": self.compile_seconds}
         summary = summarise(
@@ -267,19 +388,23 @@ class Simulation:
             arrays,
             self._status(arrays),
             self.error,
-            self._expulsion.time,
+            self._expulsion,
             self._scalars.absolute_work,
             cost,
         )
-        return Result(self.configuration, summary, arrays, tuple(self.remarks))
+        found = [
+            *remarks_of_summary(self.configuration, summary, arrays),
+            *convergence.remarks(self.configuration, arrays, summary),
+        ]
+        return Result(self.configuration, summary, arrays, (*self.remarks, *found))
 
     def _status(self, arrays: Mapping[str, Any]) -> str:
         if self.failure is not None:
             return self.failure.status
         if not self.configuration.pellet.enabled:
             return "finished"
-        if self._expulsion.time is not None:
-            return "expelled"
+        if self._expulsion.way is not None:
+            return self._expulsion.way
         time, position = arrays["time_step"], arrays["pellet_position"]
         if time[-1] < ARREST_WINDOW:
             return "in_transit"
@@ -288,29 +413,41 @@ class Simulation:
 
     def _arrays(self) -> dict[str, Any]:
         grid, dt = self.model.grid, self.model.dt_wall
-        steps = np.array(self._fields.steps)
+        acceptable = violation(self.model, self.state) is None
+        steps, frames = self._fields.recorded(self.model, self.state if acceptable else None)
         arrays: dict[str, Any] = {
-            "time": steps * dt,
+            "time": np.array(steps) * dt,
             "time_step": np.arange(len(self._scalars.rows)) * dt,
-            "z": grid.nodes,
-            "z_cell": grid.cells,
-            "theta": grid.columns,
-            "theta_cell": grid.cell_columns,
+            "z": grid.nodes.copy(),
+            "z_cell": grid.cells.copy(),
+            "theta": grid.columns.copy(),
+            "theta_cell": grid.cell_columns.copy(),
             "probe": grid.cells[self._probes.cells],
-            "activation_longitudinal": self.state.longitudinal.first_activation * 1e-3,
-            "activation_circular": self.state.circular.first_activation * 1e-3,
         }
-        arrays |= {name: np.stack(frames) for name, frames in self._fields.frames.items()}
+        once = tuple(output.name for output in ACTIVATION)
+        arrays |= dict(zip(once, read_off(once, Moment(self.model, self.state)), strict=True))
+        arrays |= {name: np.stack(stored) for name, stored in frames.items()}
         arrays |= self._scalars.columns()
         arrays |= self._probes.columns()
+        arrays |= wave_columns(self._upstrokes.waves(grid.cells))
         events = self.events()
-        arrays |= {
-            "event_time": np.array([event.time for event in events], dtype=float),
-            "event_place": np.array([event.place for event in events], dtype=float),
-            "event_kind": np.array([event.kind for event in events], dtype=object),
-            "event_words": np.array([event.words for event in events], dtype=object),
-        }
+        for output in EVENTS:
+            found = [output.value(event) for event in events if output.value is not None]
+            arrays[output.name] = np.array(found, dtype=float if output.unit else object)
         return arrays
+
+
+_WAYS_ON = (
+    ("expelled", "set run.stop_when_expelled = false beforehand for one that does"),
+    ("the pellet has reached", "set run.stop_position farther on beforehand for one that does"),
+    ("the pellet has come to rest", "set run.stop_when_arrested = false beforehand for one that does"),
+)
+
+
+def _way_on(reason: str) -> str:
+    """What to set for a run that is not stopped for this reason."""
+    ways = [way for begins, way in _WAYS_ON if reason.startswith(begins)]
+    return ways[0] if ways else "an observer stopped it; take it out for one that does"
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ dies at, there is the old result, or the new one, or a hidden folder from which 
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import os
 import re
@@ -19,12 +18,18 @@ from pathlib import Path
 from typing import Any
 
 from . import disk, manifest
+from .disk import fcntl
 from .errors import ConfigurationError, DamagedResult, WriteError, shown
+from .locks import PATIENCE, Claim
 from .manifest import Entry, Manifest
 
 RESULT_FILE, SUMMARY_FILE, CONFIGURATION_FILE = "result.nc", "summary.json", "config.toml"
 LOCK_FILE = "lock"
 CHECKPOINTS = ("checkpoint-a.bin", "checkpoint-b.bin")
+LAST_STATE = "last-state.bin"
+"""Where a finished run stood: a longer one goes on from it. It may be removed to save room."""
+RECORDS = ("diverged", "failed")
+"""How runs end that may have no numbers, only the record of why."""
 LONGEST_NAME = 255 - len(".tmp--0123456789abcdef")
 """Bytes of the name of a result's folder: a hidden one beside it has a longer name."""
 
@@ -71,6 +76,9 @@ def verify(folder: Path) -> Manifest:
         )
     for name, entry in found.files.items():
         read_file(folder, name, entry)
+    for name in (SUMMARY_FILE, CONFIGURATION_FILE):
+        if name not in found.files:
+            raise damaged(folder, f"{manifest.FILE} does not list {name}")
     return found
 
 
@@ -89,11 +97,22 @@ def _reason(error: OSError | ValueError) -> str:
 
 def quarantine(folder: Path) -> Path:
     """Move a damaged result aside, under NAME.damaged-TIME, and return where to; nothing is deleted. OSError."""
-    moment = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
-    aside = folder.with_name(f"{folder.name[:180]}.damaged-{moment}-{uuid.uuid4().hex[:8]}")
-    disk.DISK.rename(folder, aside)
-    disk.DISK.synchronise(folder.parent)
+    aside = _beside_as(folder, "damaged")
+    disk.DISK.rename(_named(folder), aside)
+    disk.DISK.synchronise(aside.parent)
     return aside
+
+
+def _beside_as(folder: Path, why: str) -> Path:
+    """A new name beside a folder that says why it is there."""
+    moment = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
+    named = _named(folder)
+    return named.with_name(f"{named.name[:180]}.{why}-{moment}-{uuid.uuid4().hex[:8]}")
+
+
+def _named(folder: Path) -> Path:
+    """The same folder by a path that ends in its own name, which "." and ".." do not."""
+    return folder if folder.name not in ("", "..") else folder.resolve()
 
 
 # --- places ---------------------------------------------------------------------------------------
@@ -101,6 +120,7 @@ def quarantine(folder: Path) -> Path:
 
 def check_target(target: Path, overwrite: bool) -> None:
     """Refuse, before anything is computed, a folder that exists or cannot be made. Raises WriteError."""
+    disk.require_locks()
     try:
         _check_target(target, overwrite)
     except (OSError, ValueError) as error:
@@ -158,8 +178,24 @@ def recover(target: Path) -> None:
     Without one, an old result that was being replaced gets its name back. Nothing is done where a result stands.
     Raises WriteError.
     """
-    if target.exists() or target.is_symlink():
+    if _stands(target) or not (unfinished(target) or _beside(target, "old")):
         return
+    try:
+        putting = Claim(target, kind="put", patience=PATIENCE)  # who is between the two renames is let finish
+    except WriteError:
+        return
+    try:
+        if not _stands(target):
+            _recover(target)
+    finally:
+        putting.release()
+
+
+def _stands(target: Path) -> bool:
+    return target.exists() or target.is_symlink()
+
+
+def _recover(target: Path) -> None:
     for folder in unfinished(target):
         workspace = Workspace(target, folder)
         try:
@@ -170,7 +206,7 @@ def recover(target: Path) -> None:
             continue
         except WriteError:
             continue
-        workspace.put_in_place()
+        workspace.place()
         return
     for old in _beside(target, "old"):
         with suppress(ConfigurationError):
@@ -185,15 +221,21 @@ def recover(target: Path) -> None:
 class Workspace:
     """The hidden folder in which a run lives until it is whole. It is made, and locked, at its first use.
 
-    target: the folder of the result. folder: one that was left by an earlier process, to go on in.
+    target: the folder of the result. folder: one that was left by an earlier process, to go on in. claim: the name of
+    the target, if it is taken already; it is given up with the folder.
     """
 
-    def __init__(self, target: Path, folder: Path | None = None) -> None:
+    def __init__(self, target: Path, folder: Path | None = None, claim: Claim | None = None) -> None:
         self.target = target
         self.folder = _hidden(target, "tmp") if folder is None else folder
+        self._claim = claim
         self._lock: int | None = None
-        self._parents = [target.parent]
+        self._parents = [target.parent] if claim is None else claim.parents
         """Folders whose new names must survive, the nearest first: the parent, and above it those not made yet."""
+
+    def take_over(self, claim: Claim) -> None:
+        """Hold the name of the target, which was taken before, until the folder is closed."""
+        self._claim = claim
 
     def open(self) -> Path:
         """The folder, made and locked. Raises WriteError, also when another process works in it."""
@@ -203,7 +245,7 @@ class Workspace:
             self._parents.append(self._parents[-1].parent)
         _written(self.target, lambda: disk.DISK.make_folder(self.folder))
         try:
-            flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
+            flags = os.O_RDWR | os.O_CREAT | disk.NO_FOLLOW | disk.CLOSE_AT_START
             self._lock = os.open(self.folder / LOCK_FILE, flags, 0o666)
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -222,10 +264,13 @@ class Workspace:
         return any((self.folder / name).is_file() for name in CHECKPOINTS)
 
     def close(self) -> None:
-        """Give up the lock and leave the folder as it is, for a later process to go on in."""
+        """Give up the locks and leave the folder as it is, for a later process to go on in."""
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None
+        if self._claim is not None:
+            self._claim.release()
+            self._claim = None
 
     def discard(self) -> None:
         """Remove the folder; what cannot be removed is left."""
@@ -246,11 +291,13 @@ class Workspace:
         about: Mapping[str, Any],
         extras: Callable[[Path], None] | None = None,
         keep_checkpoints: bool = False,
+        overwrite: bool = True,
     ) -> Path:
         """Write the files of a finished run, its manifest last, and put the folder in place of the target.
 
         extras: called with the folder to add what can be made again from the files, such as pictures; it is not in
-        the manifest. Raises WriteError; the folder stays then, and the old target with it.
+        the manifest. overwrite: whether a result that stands there by then is replaced. Raises WriteError; the folder
+        stays then, and the old target with it.
         """
         folder = self.open()
 
@@ -272,19 +319,40 @@ class Workspace:
                     disk.DISK.remove(folder / name)
 
         _written(self.target, fill)
-        return self.put_in_place()
+        return self.put_in_place(overwrite)
 
-    def put_in_place(self) -> Path:
-        """Rename the finished folder to its name; an old result is moved aside first and removed last."""
+    def put_in_place(self, overwrite: bool = True) -> Path:
+        """Give the finished folder its name; an old result is moved aside first and removed last.
+
+        What may not be replaced stands, whoever was first: the folder then gets a name of its own beside it, which the
+        WriteError says.
+        """
+        putting = Claim(self.target, kind="put", patience=PATIENCE)
+        try:
+            try:
+                check_target(self.target, overwrite)
+            except WriteError:
+                raise self._kept_apart() from None
+            try:
+                return self.place(overwrite)
+            except WriteError:
+                if overwrite or not _stands(self.target):
+                    raise
+                raise self._kept_apart() from None
+        finally:
+            putting.release()
+
+    def place(self, overwrite: bool = True) -> Path:
+        """`put_in_place` for who has seen to it that nobody else does the same. Raises OSError where it may not."""
         old = _hidden(self.target, "old")
 
         def rename() -> None:
             disk.DISK.remove(self.folder / LOCK_FILE)
-            replaced = self.target.exists()
+            replaced = overwrite and self.target.exists()
             if replaced:
                 disk.DISK.rename(self.target, old)
             try:
-                disk.DISK.rename(self.folder, self.target)
+                disk.DISK.rename(self.folder, self.target)  # the system refuses to replace a folder that holds files
             except OSError:
                 if replaced:
                     disk.DISK.rename(old, self.target)
@@ -298,6 +366,22 @@ class Workspace:
                 disk.DISK.remove_folder(left)
         self.close()
         return self.target
+
+    def _kept_apart(self) -> WriteError:
+        """Nothing that was computed is lost: the finished folder gets another name."""
+        apart = _beside_as(self.target, "kept")
+
+        def rename() -> None:
+            disk.DISK.remove(self.folder / LOCK_FILE)
+            disk.DISK.rename(self.folder, apart)
+            disk.DISK.synchronise(apart.parent)
+
+        _written(self.target, rename)
+        self.close()
+        return WriteError(
+            f"{shown(str(self.target))} was written by somebody else in the meantime and is not replaced; this result "
+            f"is kept in {shown(str(apart), 200)}: rename it, or choose another folder with --out"
+        )
 
 
 def _written(target: Path, action: Callable[[], None]) -> None:

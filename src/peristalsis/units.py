@@ -58,8 +58,15 @@ _FAMILIAR = (
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 # One small exponent per name: a tower of powers would keep the conversion busy for ever.
 _UNIT = re.compile(r"(?:1(?![0-9])|[A-Za-z%_]+(?:2O)?(?:\^-?[1-4](?![0-9]))?|[*/()])+")
-_SPELLING = str.maketrans({"µ": "u", "μ": "u", "·": "*", "⋅": "*", "²": "^2", "³": "^3"})
+_SPELLING = str.maketrans(
+    {"µ": "u", "μ": "u", "·": "*", "⋅": "*", "×": "*", "∕": "/", "°": "deg", "−": "-"}
+    | {chr(0x2080 + digit): str(digit) for digit in range(10)}
+)
+_RAISED = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789")
+_RAISED_TEXT = re.compile("[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
+_POWER_OF_TEN = re.compile(r"\s*\*\s*10\^?([+-]?[0-9]{1,3})(?![0-9.])")
 _LONGEST_TEXT = 80
+_LONGEST_PLAIN = 30
 
 
 class QuantityError(ValueError):
@@ -80,6 +87,7 @@ def parse(value: object, unit: str, key: str) -> float:
 
 def read(value: object, unit: str) -> float:
     """As `parse`, with a QuantityError that holds cause and fix only."""
+    value = plain(value)
     if isinstance(value, str):
         return _read_text(value, unit)
     if isinstance(value, bool) or not isinstance(value, Real):
@@ -93,10 +101,42 @@ def read(value: object, unit: str) -> float:
     return _finite(number, unit)
 
 
+def plain(value: Any) -> Any:
+    """The same as text, number, switch or list, where it is a scalar or array of numpy or a quantity of pint.
+
+    Such values are known by what they can do: neither library is loaded for it.
+    """
+    if hasattr(value, "magnitude") and hasattr(value, "units"):
+        number, unit = plain(value.magnitude), str(value.units)
+        unit = "" if unit == "dimensionless" else unit
+        return [_joined(item, unit) for item in number] if isinstance(number, list) else _joined(number, unit)
+    to_list = getattr(value, "tolist", None)
+    if callable(to_list) and hasattr(value, "dtype"):
+        return plain(to_list())
+    if isinstance(value, list | tuple):
+        return type(value)(map(plain, value)) if type(value) in (list, tuple) else value
+    return value
+
+
+def _joined(number: Any, unit: str) -> Any:
+    return f"{float(number)!r} {unit}" if unit and isinstance(number, Real) else number
+
+
+def factor(given: str, unit: str) -> Fraction:
+    """The exact factor from one unit to a canonical one. Raises QuantityError if there is none."""
+    spelt = _spelling(given)
+    return Fraction(1) if spelt == _spelling(unit) else _factor(spelt, unit)
+
+
 def format_quantity(value: float, unit: str) -> str:
     """The shortest text that `read` turns back into exactly this number."""
     number = repr(float(value))
     return number if unit == DIMENSIONLESS else f"{number} {unit}"
+
+
+def is_plain(text: str) -> bool:
+    """Whether a text is a decimal number of moderate size and nothing else."""
+    return len(text) <= _LONGEST_PLAIN and _NUMBER.fullmatch(text) is not None
 
 
 def to_internal(value: float, unit: str) -> float:
@@ -124,13 +164,16 @@ def written(value: Any, unit: str) -> Any:
 def _read_text(text: str, unit: str) -> float:
     if len(text) > _LONGEST_TEXT:
         raise QuantityError(f"{len(text)} characters are too many for a quantity; {_write(unit)}")
-    stripped = text.strip()
+    stripped = _typed(text.strip())
     found = _NUMBER.match(stripped)
     if found is None:
         raise QuantityError(f"it does not begin with a finite number; {_write(unit)}")
-    digits = found.group()
+    digits, end = found.group(), found.end()
+    power = _POWER_OF_TEN.match(stripped, end)
+    if power is not None and "e" not in digits.lower():  # "1.5 x 10^-3 mV" with a sign of multiplication
+        digits, end = f"{digits}e{power.group(1)}", power.end()
     number = _finite(float(digits), unit)
-    given = _spelling(stripped[found.end() :])
+    given = _spelling(stripped[end:])
     if not given and unit != DIMENSIONLESS:
         raise QuantityError(f"the unit is missing; {_write(unit)}")
     if not given or given == _spelling(unit):
@@ -152,11 +195,19 @@ def _finite(number: float, unit: str) -> float:
     return number + 0.0  # no negative zero
 
 
+def _typed(text: str) -> str:
+    """Text in plain letters: signs of multiplication, raised and lowered digits, degrees, a true minus."""
+    raised = _RAISED_TEXT.sub(lambda found: "^" + found.group().translate(_RAISED).removeprefix("+"), text)
+    return raised.translate(_SPELLING)
+
+
 def _spelling(unit: str) -> str:
-    plain = unit.strip().translate(_SPELLING).replace("**", "^")
-    plain = re.sub(r"\s*([*/()^])\s*", r"\1", plain)
-    plain = re.sub(r"([A-Za-z])([23])(?![0-9A-Za-z])", r"\1^\2", plain)  # "cm2", but not "cmH2O"
-    return re.sub(r"\s+", "*", plain)
+    short = _typed(unit.strip()).replace("**", "^")
+    short = re.sub(r"\b(mm\s+Hg|cm\s+H2O)\b", lambda found: re.sub(r"\s+", "", found.group()), short)
+    short = re.sub(r"\s*([*/()^])\s*", r"\1", short)
+    short = re.sub(r"(?<=[A-Za-z0-9)])\s*\.\s*(?=[A-Za-z(])", "*", short)  # "mN.s/cm"
+    short = re.sub(r"([A-Za-z])(-?[1-4])(?![0-9A-Za-z])", r"\1^\2", short)  # "cm2", "s-1", but not "cmH2O"
+    return re.sub(r"\s+", "*", short)
 
 
 @lru_cache(maxsize=512)
@@ -193,3 +244,46 @@ def _write(unit: str) -> str:
     if unit == DIMENSIONLESS:
         return "give a bare number, for example 0.5"
     return f"give a number with a unit that converts to {unit}, for example '0.9 {unit}'"
+
+
+_ATOMS = {
+    "length": "[nuµμmcdk]?m|inch|in",
+    "time": "[nuµμm]?s|min|h",
+    "force": "[nuµμmk]?N|dyn",
+    "mass": "[nuµμmk]?g",
+    "pressure": "[mhkM]?Pa|m?bar|mm\\s*Hg|cm\\s*H[2₂]O|atm",
+    "energy": "[nuµμmk]?J|erg",
+    "potential": "[nuµμmk]?V",
+    "current": "[npuµμm]?A",
+    "conductance": "[npuµμm]?S",
+    "capacitance": "[npuµμm]?F",
+    "angle": "deg(?:ree)?s?|°|m?rad",
+}
+_MADE_OF = {
+    "cm": ("length",),
+    "s": ("time",),
+    "ms": ("time",),
+    "1/ms": ("time",),
+    "deg": ("angle",),
+    "mV": ("potential",),
+    "1/mV": ("potential",),
+    "mS/cm": ("conductance", "length"),
+    "mS/cm^2": ("conductance", "length"),
+    "uA/cm^2": ("current", "length"),
+    "uF/cm^2": ("capacitance", "length"),
+    "mN/(cm*mV)": ("force", "pressure", "energy", "length", "time", "mass", "potential"),
+    "mg/cm^2": ("mass", "length"),
+}
+_MECHANICAL = ("force", "pressure", "energy", "length", "time", "mass")
+
+
+def pattern(unit: str) -> str:
+    """A regular expression of JSON Schema for texts of quantities in a canonical unit.
+
+    It takes a number and the common units that a quantity of this kind is made of: an editor sees "9 kg" for a length.
+    Powers are not weighed, and rare units (feet) are left to `read`.
+    """
+    atoms = "|".join(_ATOMS[kind] for kind in _MADE_OF.get(unit, _MECHANICAL))
+    number = r"[+−-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+    power = r"(?:(?:\^|\*\*)?-?[1-4]|[⁺⁻]?[¹²³⁴])?"
+    return rf"^\s*{number}\s*(?:(?:{atoms}){power}|[*·⋅×/().\s]|1(?![0-9]))+$"

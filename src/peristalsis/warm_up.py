@@ -6,6 +6,7 @@ import contextlib
 import os
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from functools import cache
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from .config import Configuration
 
 TINY = {"grid.n_z": 200, "grid.n_z_wall": 100}
+QUIET_SECONDS = 2.0
+"""How long nobody is told that kernels are compiled."""
 TISSUE = "from peristalsis.warm_up import compile_tissue; compile_tissue()"
 
 
@@ -75,6 +78,20 @@ def _second_process() -> Iterator[subprocess.Popen[bytes] | None]:
         helper.wait()
 
 
+@contextlib.contextmanager
+def _said_if_long(columns: int) -> Iterator[threading.Timer]:
+    """A line on stderr if compiling takes more than a moment; loading what was compiled before does not."""
+    span = "some minutes" if columns > 1 else "about a minute"
+    text = f"peristalsis: preparing the kernels, which are compiled once, for {span}"
+    timer = threading.Timer(QUIET_SECONDS, lambda: print(text, file=sys.stderr, flush=True))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield timer
+    finally:
+        timer.cancel()
+
+
 @cache
 def _compile(columns: int, integrator: str = "implicit") -> float:
     from dataclasses import replace
@@ -92,7 +109,7 @@ def _compile(columns: int, integrator: str = "implicit") -> float:
     if columns > 1:
         changes["pacemaker.angular_width"] = "90 deg"
     tiny = _tiny(changes)
-    with _second_process():
+    with _said_if_long(columns), _second_process():
         remarks(tiny)
         model, before, _ = initial_state(build(tiny))
         if columns > 1:
@@ -118,3 +135,14 @@ def warm_up(surface: bool = False, explicit: bool = False) -> float:
     those of the explicit scheme too.
     """
     return _compile(1) + (_compile(8) if surface else 0.0) + (_compile(1, "explicit") if explicit else 0.0)
+
+
+def main() -> int:
+    """`python -m peristalsis.warm_up`: fill the cache, the whole surface included, and say so where it takes time."""
+    print("compiling the kernels, once, for some minutes (nothing to do if that was done before)", file=sys.stderr)
+    print(f"kernels are ready after {warm_up(surface=True):.0f} s", file=sys.stderr)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -32,7 +32,9 @@ def test_example_prints_its_number(
     """One line on standard output: number, unit, colon, meaning."""
     monkeypatch.setattr(sys, "argv", [f"{name}.py", "--quick"])
     runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
-    lines = capsys.readouterr().out.splitlines()
+    out, err = capsys.readouterr()
+    assert "coarse" in err, "quick grids are said to be coarse"
+    lines = out.splitlines()
     assert len(lines) == 1
     found = re.match(r"(-?[0-9.]+) (\S+): \S.{20,}", lines[0])
     assert found is not None, lines[0]

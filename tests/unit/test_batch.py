@@ -178,6 +178,8 @@ def test_a_batch_is_run_once_and_tabled(tmp_path: Path) -> None:
     assert not {"solver_wall_s", "compile_wall_s"} & rows[0].keys()
     stored = ps.load(made.table.parent / rows[0]["folder"])
     assert stored.fingerprint == rows[0]["fingerprint"]
+    assert rows[0]["remarks"] == " | ".join(stored.remarks)
+    assert "are coarse for a wave" in rows[0]["remarks"]
     before = made.table.read_bytes()
     steps.clear()
     again = batch(plan, tmp_path / "out", progress=steps.append)
@@ -269,9 +271,42 @@ lumen.pressure = "0.06 kPa"
         assert store.verify(row.folder).status == row.status
         with pytest.raises(ConfigurationError, match="has no numbers"):
             ps.load(row.folder)
+    assert made.status == "failed"
     steps: list[Step] = []
-    batch(read_plan(points), tmp_path, progress=steps.append)
-    assert all(step.kept for step in steps)
+    said: list[str] = []
+    again = batch(read_plan(points), tmp_path, progress=steps.append, say=said.append)
+    assert [step.kept for step in steps] == [True, True, False]
+    assert "had failed (MemoryError:): it is tried again" in said[0]
+    assert again.rows[2].status == "failed"
+    monkeypatch.undo()
+    undisturbed = batch(read_plan(points), tmp_path)
+    assert [row.status for row in undisturbed.rows] == ["diverged", "diverged", "in_transit"]
+    assert undisturbed.status == "partly_failed"
+    assert ps.load(undisturbed.rows[2].folder or "").status == "in_transit"
+
+
+def test_a_table_of_another_batch_is_kept(tmp_path: Path) -> None:
+    """A second batch file into the same folder costs no row; one that has all the runs of the first replaces it."""
+    one, two = (TINY + f"[grid]\npellet.dry_friction = {values}" for values in ("['1 mN']", "['3 mN']"))
+    both = TINY + "[grid]\npellet.dry_friction = ['1 mN', '3 mN']"
+    said: list[str] = []
+    first = batch(read_plan(one), tmp_path, say=said.append).table.read_bytes()
+    batch(read_plan(two), tmp_path, say=said.append)
+    (kept,) = tmp_path.glob("table-*.csv")
+    assert kept.read_bytes() == first
+    assert len(said) == 1
+    assert kept.name in said[0]
+    made = batch(read_plan(both), tmp_path, say=said.append)
+    assert len(table(made)) == 2
+    assert len(list(tmp_path.glob("table*.csv"))) == 2
+
+
+def test_a_batch_with_points_without_result_is_not_finished(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "some.toml").write_text(POINTS, encoding="utf-8")
+    assert main(["batch", str(tmp_path / "some.toml"), "--out", str(tmp_path / "out"), "--json"]) == 3
+    said = capsys.readouterr()
+    assert '"status": "partly_failed"' in said.out
+    assert "1 of 4 points have no result" in said.err
 
 
 def test_an_interrupted_batch_goes_on(done: Batch, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -358,7 +393,26 @@ def test_cells_are_no_formulas(tmp_path: Path) -> None:
     summary = {"status": "failed", "error": "=1+1", "number": -1.5, "nothing": None, "speeds": {"l": 1.0}}
     rows = (batches.Row(Point("run", {"lumen.pressure": "-1 kPa", "output.probes": ["1 cm"]}), None, summary),)
     text = batches._table(("lumen.pressure", "output.probes", "reading"), rows, tmp_path).decode()
-    assert text.splitlines()[1] == 'run,\'-1 kPa,"[""1 cm""]",,failed,\'=1+1,-1.5,,1.0,,'
+    assert text.splitlines()[1] == 'run,-1 kPa,"[""1 cm""]",,failed,\'=1+1,-1.5,,1.0,,'
+
+
+@pytest.mark.parametrize(
+    ("value", "cell"),
+    [
+        ("-50 mV", "-50 mV"),
+        ("-0.05 V", "-0.05 V"),
+        ("+5e1 mV", "+5e1 mV"),
+        ("-50 mV+A1", "'-50 mV+A1"),
+        ("-50 cm", "'-50 cm"),
+        ("=cmd|' /C calc'!A0", "'=cmd|' /C calc'!A0"),
+        ("-A1", "'-A1"),
+    ],
+)
+def test_numbers_with_units_are_no_formulas(tmp_path: Path, value: str, cell: str) -> None:
+    """What is no quantity of its own parameter stays guarded, and so do names."""
+    rows = (batches.Row(Point("-run", {"longitudinal.threshold": value}), None, {"status": "refused"}),)
+    lines = batches._table(("longitudinal.threshold",), rows, tmp_path).decode().splitlines()
+    assert next(csv.reader(lines[1:]))[:2] == ["'-run", cell]
 
 
 # --- the command ------------------------------------------------------------------------------------
@@ -403,3 +457,16 @@ def test_quarantine_that_fails_is_said(tmp_path: Path, monkeypatch: pytest.Monke
 
 def test_plans_are_of_configurations() -> None:
     assert isinstance(read_plan(GRID).points[0].configuration, Configuration)
+
+
+def test_points_of_a_grid_are_named_by_their_values() -> None:
+    plan = read_plan('[grid]\n"pellet.radius" = ["8 mm", "9 mm"]\n"grid.n_z" = [60]\n')
+    assert [point.name for point in plan.points] == ["radius = 8 mm, n_z = 60", "radius = 9 mm, n_z = 60"]
+    twice = read_plan('[grid]\n"longitudinal.active" = [1.0]\n"circular.active" = [0.5]\n')
+    assert twice.points[0].name == "longitudinal.active = 1.0, circular.active = 0.5"
+
+
+def test_section_grid_and_table_grid_are_told_apart() -> None:
+    """[grid] of a batch is what varies, not the grid of the model."""
+    with pytest.raises(ConfigurationError, match=r'"grid.n_z" = \[...\], or in \[changes\]'):
+        read_plan("[grid]\nn_z = 400\n")

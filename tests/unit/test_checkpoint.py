@@ -5,15 +5,18 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from typing_extensions import TypeAliasType
 
 import peristalsis as ps
 from peristalsis import checkpoint, disk, environment
-from peristalsis.checkpoint import Checkpoints, newest, newest_of
+from peristalsis.checkpoint import Checkpoints, Head, newest, newest_of
 from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError, DamagedResult, WriteError
 from peristalsis.observers import Callback
@@ -34,6 +37,16 @@ KINDS: Mapping[str, Mapping[str, object]] = {
             "lumen.pressure: ramp 0.1 kPa at 0 s, 0.3 kPa at 0.1 s",
             "longitudinal.slow_calcium: step 0.004 mS/cm^2 at 0 s, 0.006 mS/cm^2 at 0.05 s",
         ]
+    },
+    "pacemaker that changes": {
+        "pacemaker.kind": "periodic",
+        "pacemaker.period": "0.08 s",
+        "trigger.rule": "pacemaker",
+        "trigger.delay": "0.02 s",
+        "protocols": [
+            "pacemaker.period: ramp 0.08 s at 0 s, 0.055 s at 0.15 s",
+            "trigger.duration: step 0.05 s at 0 s, 0.03 s at 0.09 s",
+        ],
     },
     "no pellet": {"pellet.enabled": False},
 }
@@ -148,7 +161,7 @@ def test_observers_of_plain_data_go_on(tmp_path: Path) -> None:
 def test_no_recorder_of_the_package_is_left_out() -> None:
     """One that could not be packed would begin anew unseen."""
     run = Simulation(coarse())
-    assert len(run._kept_observers()) == len(run._observers) == 6
+    assert len(run._kept_observers()) == len(run._observers) == 7
 
 
 def test_a_run_that_had_stopped_stays_stopped(tmp_path: Path) -> None:
@@ -304,6 +317,7 @@ def test_nothing_to_resume_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     run = KeptRun(coarse(), tmp_path / "run", resume=True, say=said.append)
     assert said[0].startswith("nothing to resume")
     assert run.finished is None
+    run.workspace.close()
     cut(coarse(), 3, tmp_path / ".tmp-run-0123456789abcdef")
     monkeypatch.setattr("peristalsis.runner.code_version", lambda: "0.0.1-elsewhere")
     KeptRun(coarse(), tmp_path / "run", resume=True, say=said.append)
@@ -421,6 +435,44 @@ def test_other_kinds_are_refused(kind: object) -> None:
         pack({"it": (1.0, kind)})
 
 
+Item = TypeVar("Item")
+Other = TypeVar("Other")
+Shorthand = TypeAliasType("Shorthand", np.ndarray[tuple[int, ...], np.dtype[Item]], type_params=(Item,))
+Doubly = TypeAliasType("Doubly", Shorthand[np.float64])
+Swapped = TypeAliasType("Swapped", tuple[Other, Item], type_params=(Item, Other))
+
+
+@dataclass
+class Named:
+    """Annotated as numpy annotates arrays from release 2.5 on: by aliases that have a name of their own."""
+
+    array: Shorthand[np.float64]
+    plain: Doubly
+    several: list[Shorthand[np.float64]]
+    perhaps: Shorthand[np.int64] | None
+    pair: Swapped[int, str]
+
+
+def test_named_aliases_are_what_they_name() -> None:
+    """numpy 2.5 made NDArray such an alias, and no state could be packed; this holds on any release of it."""
+    rows = [np.arange(3.0), np.arange(3.0) + 1.0]
+    whole = Named(rows[0], rows[1], rows, None, ("a", 1))
+    assert packable(Named)
+    back = unpack(pack({"it": (whole, Named)}), {"it": Named})["it"]
+    assert back.pair == ("a", 1)
+    assert back.perhaps is None
+    assert np.array_equal([back.array, back.plain, *back.several], [*rows, *rows])
+
+
+@pytest.mark.parametrize("kind", [NDArray[np.float64], NDArray[Any], NDArray, np.ndarray])
+def test_arrays_are_packable_however_annotated(kind: Any) -> None:
+    assert packable(kind)
+
+
+def test_aliases_of_other_things_are_not_packable() -> None:
+    assert not packable(TypeAliasType("Wrong", object))
+
+
 def test_objects_are_never_packed_and_never_made() -> None:
     """S4: no array of objects goes in; types come from the reader alone."""
     with pytest.raises(TypeError, match="objects"):
@@ -442,3 +494,11 @@ def test_objects_are_never_packed_and_never_made() -> None:
 
 def test_the_code_is_named_by_version_and_sources() -> None:
     assert environment.code_version().startswith(f"{ps.__version__}-")
+
+
+def test_a_checkpoint_of_a_version_without_tables_is_named(tmp_path: Path) -> None:
+    """It holds no tables, which is no reason for a traceback: its version is."""
+    head = replace(Simulation(coarse())._parts()["head"][0], code="an older one")
+    (tmp_path / CHECKPOINTS[0]).write_bytes(pack({"head": (head, Head)}))
+    with pytest.raises(ConfigurationError, match="written by version an older one"):
+        Simulation.resume(tmp_path)

@@ -51,8 +51,8 @@ def no_space(*_: object, **__: object) -> None:
 
 
 def contents(folder: Path) -> set[str]:
-    """Names in a folder, the hidden ones as well."""
-    return {path.name for path in folder.iterdir()}
+    """Names in a folder, the hidden ones as well, but the last state, which may be there or not."""
+    return {path.name for path in folder.iterdir()} - {store.LAST_STATE}
 
 
 @pytest.fixture
@@ -145,7 +145,7 @@ def test_examples_run(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captu
         folder.mkdir(exist_ok=True)
         return []
 
-    def film(plots: Plots, path: Path) -> Path:
+    def film(plots: Plots, path: Path, *more: int) -> Path:
         path.write_bytes(b"GIF89a")
         return path
 
@@ -153,7 +153,7 @@ def test_examples_run(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captu
         path.write_bytes(b"PNG")
         return path
 
-    def export(result: Result, folder: Path) -> list[Path]:
+    def export(result: Result, folder: Path, *more: object) -> list[Path]:
         folder.mkdir()
         return [folder]
 
@@ -688,7 +688,7 @@ def test_film_and_export(runs: Path, here: Path, monkeypatch: pytest.MonkeyPatch
     assert "'a.gif' exists" in capsys.readouterr().err
     assert main([*words, "--overwrite"]) == 0
 
-    def export_csv(result: Result, folder: Path) -> list[Path]:
+    def export_csv(result: Result, folder: Path, *more: object) -> list[Path]:
         folder.mkdir(exist_ok=True)
         (folder / "track.csv").write_text(str(result.summary["steps"]))
         return [folder / "track.csv"]

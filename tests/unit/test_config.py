@@ -394,3 +394,26 @@ def test_the_configuration_loads_nothing_heavy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_schema_refuses_units_of_another_kind() -> None:
+    """Every default and every unit of the same kind pass; kilograms are no length."""
+    import re
+
+    schema = json_schema()["properties"]
+    for spec in FIELDS.values():
+        entry = schema[spec.section]["properties"][spec.name]
+        item = entry.get("items", entry)
+        if "pattern" in item:
+            default = entry["default"]
+            for text in default if isinstance(default, list) else [default]:
+                assert re.match(item["pattern"], text), (spec.key, text)
+    radius = schema["pellet"]["properties"]["radius"]["pattern"]
+    pressure = schema["lumen"]["properties"]["pressure"]["pattern"]
+    for good in ("9 mm", "0.9cm", "1e-2 m", "9000 µm"):
+        assert re.match(radius, good), good
+    for bad in ("9 kg", "9", "9 s", "mm", "9 mN"):
+        assert not re.match(radius, bad), bad
+    for good in ("1 kPa", "1 mm Hg", "10 cmH₂O", "100 N/m^2", "100 N·m⁻²"):
+        assert re.match(pressure, good), good
+    assert not re.match(pressure, "1 mV")

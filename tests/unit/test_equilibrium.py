@@ -11,7 +11,7 @@ from peristalsis.verification.exact.wall import InflatedTube, settle, wall_const
 
 def test_every_verdict_has_its_words() -> None:
     assert REASONS[CONVERGED] == "converged"
-    assert len(set(REASONS)) == 4
+    assert len(set(REASONS)) == 5
 
 
 def test_same_equilibrium_from_different_guesses() -> None:

@@ -18,6 +18,8 @@ CELLS = Path(peristalsis.__file__).parent / "tissue" / "cells"
 Floats = NDArray[np.float64]
 
 NAMES = ("hodgkin_huxley", "morris_lecar", "fitzhugh_nagumo")
+SOME = ["fitzhugh_nagumo", *(pytest.param(name, marks=pytest.mark.slow) for name in NAMES[:2])]
+"""Each cell is a set of kernels to compile, which takes half a minute where none is cached: one in the quick tests."""
 DRIVE = {"hodgkin_huxley": 10.0, "morris_lecar": 100.0, "fitzhugh_nagumo": 16.0}
 """Stimulus [uA/cm^2] under which the cell fires again and again."""
 STEP = {"hodgkin_huxley": 0.02, "morris_lecar": 0.2, "fitzhugh_nagumo": 0.2}
@@ -78,7 +80,7 @@ def reference(name: str) -> Floats:
     return np.asarray(solved.y[0])
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SOME)
 def test_trace_converges_with_second_order(name: str) -> None:
     expected = reference(name)
     assert np.ptp(expected) > 50.0, "it fires"
@@ -87,11 +89,12 @@ def test_trace_converges_with_second_order(name: str) -> None:
     assert fine < 0.01 * np.ptp(expected)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SOME)
 def test_tables_stand_for_the_formulas(name: str) -> None:
     assert np.abs(traced(name, STEP[name] / 4, exact=True) - traced(name, STEP[name] / 4)).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_two_cells_live_in_one_process() -> None:
     """Each is still itself after the other was bound and run."""
     alone = traced(NAMES[0], STEP[NAMES[0]])

@@ -295,7 +295,7 @@ def test_film_of_a_single_frame_without_pellet(bare: ps.Result, tmp_path: Path) 
 
 
 def test_csv_holds_the_numbers_to_the_last_bit(run: ps.Result, tmp_path: Path) -> None:
-    export_csv(run, tmp_path)
+    export_csv(run, tmp_path, fields=("all",))
     with (tmp_path / "curves.csv").open(newline="", encoding="ascii") as file:
         head, *rows = csv.reader(file)
     column = head.index("pellet_position [cm]")
@@ -332,3 +332,62 @@ def test_figures_that_cannot_be_written_say_so(run: ps.Result, tmp_path: Path) -
 
 def test_figures_are_listed_beside_what_plots_can_do(run: ps.Result) -> None:
     assert {"save", "film", *Plots.names()} <= set(dir(run.plot))
+
+
+def test_csv_is_small_unless_asked(run: ps.Result, tmp_path: Path) -> None:
+    """The map of diameters alone; rows as far apart as asked, the last one kept; compressed on demand."""
+    import gzip
+
+    assert {file.name for file in export_csv(run, tmp_path / "all")} == {
+        "curves.csv",
+        "probes.csv",
+        "events.csv",
+        "map_diameter_in_space.csv",
+    }
+    files = export_csv(run, tmp_path / "few", every=0.1, fields=("radius",), compress=True)
+    assert "map_radius.csv.gz" in {file.name for file in files}
+    with gzip.open(tmp_path / "few" / "curves.csv.gz", "rt", encoding="ascii") as file:
+        times = [float(row[0]) for row in list(csv.reader(file))[1:]]
+    assert times == pytest.approx([0.0, 0.1, 0.2, 0.3])
+    with pytest.raises(ConfigurationError, match="not stored by this run"):
+        export_csv(run, tmp_path, fields=("radios",))
+
+
+def test_what_a_comparison_cuts_is_said(run: ps.Result, bare: ps.Result) -> None:
+    from peristalsis.comparing import cuts
+
+    assert cuts({"a": run, "b": run}) == []
+    (sentence,) = cuts({"a": run, "b": bare})
+    assert "a 0.3 s, b 0.05 s" in sentence
+
+
+def test_tables_in_other_units(run: ps.Result, tmp_path: Path) -> None:
+    """Each number converts once, its column says to what, and what does not convert stays; the order is the wish's."""
+
+    def columns(folder: str, *units: str) -> dict[str, list[str]]:
+        found: dict[str, list[str]] = {}
+        for file in export_csv(run, tmp_path / folder, units=units):
+            rows = list(csv.reader(file.read_text(encoding="ascii").splitlines()))
+            found |= {f"{file.stem}: {name}": [row[k] for row in rows[1:]] for k, name in enumerate(rows[0])}
+        return found
+
+    def last(table: dict[str, list[str]], name: str) -> float:
+        return float(table[name][-1])
+
+    own, other, si = columns("own"), columns("other", "Pa", "mm"), columns("si", "SI")
+    place = last(own, "curves: pellet_position [cm]")
+    assert last(other, "curves: pellet_position [mm]") == pytest.approx(10.0 * place)
+    assert last(si, "curves: pellet_position [m]") == pytest.approx(0.01 * place)
+    pressure = last(own, "curves: lumen_pressure [kPa]")
+    assert last(other, "curves: lumen_pressure [Pa]") == pytest.approx(1000.0 * pressure)
+    assert last(si, "curves: axial_force [N]") == pytest.approx(1e-3 * last(own, "curves: axial_force [mN]"))
+    assert last(other, "curves: axial_force [mN]") == last(own, "curves: axial_force [mN]")
+    assert len(own) == len(other) == len(si)
+    left = {name.rpartition("[")[2] for name in si if name.startswith("curves") and name.endswith("]")}
+    assert not left & {"cm]", "mm]", "kPa]", "mN]", "mN*cm]", "cm/s]", "mV]"}
+
+
+@pytest.mark.parametrize(("unit", "cause"), [("cubits", "unknown"), ("kelvin", "no number of a run"), ("2 mm", "unit")])
+def test_units_that_no_number_has_are_refused(run: ps.Result, tmp_path: Path, unit: str, cause: str) -> None:
+    with pytest.raises(ConfigurationError, match=cause):
+        export_csv(run, tmp_path / "csv", units=(unit,))

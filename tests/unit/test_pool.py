@@ -131,3 +131,35 @@ def test_processes_end_with_the_one_that_started_them(tmp_path: Path) -> None:
         os.sched_yield()
     assert not any(Path(f"/proc/{child}/status").exists() for child in children)
     assert parent.returncode == -signal.SIGKILL
+
+
+UNGUARDED = """
+from peristalsis.studies.pool import carry_out
+{import_}
+def own(task):
+    return task
+print([done.value for done in carry_out({{"a": 1, "b": 2}}, {work}, workers=2)])
+"""
+
+
+@pytest.mark.parametrize("source", ["file", "standard input"])
+@pytest.mark.parametrize("work", ["abs", "own"])
+def test_a_program_without_a_guard(work: str, source: str, tmp_path: Path) -> None:
+    """Work of a module needs none; work of the program itself does, and one sentence says so."""
+    text = UNGUARDED.format(import_="", work=work)
+    program = tmp_path / "program.py"
+    program.write_text(text, encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    words = [sys.executable, str(program) if source == "file" else "-"]
+    done = subprocess.run(
+        words, input=text if source != "file" else "", capture_output=True, text=True, env=environment, check=False
+    )
+    if work == "abs":
+        assert (done.returncode, done.stdout) in ((0, "[1, 2]\n"), (0, "[2, 1]\n"))
+        assert done.stderr == ""
+        return
+    assert done.returncode == 1
+    assert done.stderr.count("Traceback") == 1, "of the program, none of its processes"
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith("peristalsis.errors.ConfigurationError: ")
+    assert ('if __name__ == "__main__":' if source == "file" else "standard input") in last

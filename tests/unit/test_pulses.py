@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from peristalsis.control.pacemaker import PulseTrain
 from peristalsis.control.pulses import Pulse, add_pulses, covered, covered_around, overlap_in_time
 
 
@@ -45,29 +44,6 @@ def test_partly_covered_cells_and_steps_count_in_part() -> None:
     assert covered(np.array([0.0, 1.0]), np.array([1.0, 2.0]), 0.25, 1.5).tolist() == [0.75, 0.5]
     assert overlap_in_time(0.2, 0.7, 0.5, 1.0) == pytest.approx(0.4)
     assert overlap_in_time(2.0, 3.0, 0.5, 1.0) == 0.0
-
-
-@given(st.floats(0.0, 2.0), st.floats(0.2, 3.0), st.integers(1, 8), st.integers(10, 400))
-def test_train_delivers_every_pulse_once(onset: float, period: float, count: int, steps: int) -> None:
-    """However the steps fall: `count` pulses of 50 ms each, none twice, none left out."""
-    train = PulseTrain(onset, period, count, 0.05, 2.0, 0.0, 0.3)
-    ends = np.linspace(0.0, 30.0, steps + 1)
-    on, seen = 0.0, set()
-    for start, stop in pairwise(ends):
-        for pulse in train.between(start, stop):
-            on += float(overlap_in_time(pulse.begin, pulse.end, start, stop)) * (stop - start)
-            seen.add(pulse.begin)
-    assert len(seen) == count
-    assert on == pytest.approx(0.05 * count, rel=1e-9)
-
-
-def test_single_pulse_is_found_after_its_onset_step() -> None:
-    """One pulse under way in a later step is still on; before and after it there is none."""
-    train = PulseTrain(1.0, 3.0, 1, 0.05, 2.0, 0.0, 0.3)
-    assert train.between(0.0, 1.0) == []
-    assert len(train.between(1.02, 1.03)) == 1
-    assert train.between(1.05, 1.06) == []
-    assert train.between(4.0, 4.1) == []
 
 
 @given(st.floats(-7.0, 7.0), st.floats(0.01, 6.2), st.integers(1, 64))

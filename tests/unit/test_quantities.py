@@ -148,3 +148,30 @@ def test_turning_points_of_a_pellet_that_goes_back_first() -> None:
     track = np.array([5.0, 4.9, 4.0, 4.05, 3.0, 6.0, 5.95, 2.0])
     assert q.turning_points(track, 0.5) == pytest.approx([5.0, 3.0, 6.0, 2.0])
     assert q.turning_points(10.0 - track, 0.5) == pytest.approx([5.0, 7.0, 4.0, 8.0])
+
+
+@pytest.mark.parametrize("track", [np.full(11, np.nan), np.array([]), np.r_[np.zeros(10), np.inf]])
+def test_tracks_that_hold_nothing_have_no_quantities(track: np.ndarray) -> None:
+    """A run without a pellet, without a step, or that broke off: none is None, never a number."""
+    time = np.linspace(0.0, 1.0, track.size)
+    assert q.mean_velocity(time, track) is None
+    assert q.irregularity(time, track) is None
+    assert q.stops(time, track) is None
+    assert q.reversals(track) is None
+    assert q.libration(track) is None
+
+
+def test_mean_velocity_needs_time_and_a_track_up_to_its_end() -> None:
+    assert q.mean_velocity(np.zeros(1), np.ones(1)) is None
+    assert q.mean_velocity(TIME, TIME, until=5.0) is None
+
+
+def test_mixing_of_nothing_is_undefined() -> None:
+    """A lumen without content, one stored time, one kind of tracers: no index, and no warning."""
+    time, upstream = shear(0.1)
+    assert q.mixing(time[:1], upstream[:1]) is None
+    empty = q.content_upstream(np.zeros((2, 5)), np.tile(np.linspace(0.0, 1.0, 5), (2, 1)))
+    assert np.isnan(empty).all()
+    assert q.mixing(time[:2], empty) is None
+    assert q.lacey_index(PLACE, np.ones(PLACE.size, dtype=bool)) is None
+    assert q.lacey_index(PLACE[:30], np.arange(30) < 10) is None

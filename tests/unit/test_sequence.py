@@ -32,6 +32,13 @@ def starts(
     return found
 
 
+def begun(*starts: float) -> TriggerState:
+    """Cells whose last pulses began then, with what the trigger has."""
+    place = np.array(starts)[:, None]
+    pulse = {"duration": np.full(place.shape, TRIGGER.duration), "intensity": np.full(place.shape, TRIGGER.intensity)}
+    return quiet(place.shape)._replace(start=place, **pulse)
+
+
 @pytest.mark.parametrize("dt", [0.004, 0.002, 0.001])
 def test_fires_once_and_right_after_the_maximum(dt: float) -> None:
     """One maximum, one pulse, not more than a step and a half late, whatever the step."""
@@ -64,16 +71,16 @@ def test_falling_from_the_start_is_no_maximum() -> None:
 
 
 def test_cells_fire_each_for_themselves() -> None:
-    state = TriggerState(np.array([[200.0], [200.0]]), np.array([[True], [False]]), np.full((2, 1), -np.inf))
+    state = quiet((2, 1))._replace(tension=np.array([[200.0], [200.0]]), rising=np.array([[True], [False]]))
     state = observe_tension(TRIGGER, state, np.array([[199.0], [199.0]]), 1.0)
     assert state.start.ravel().tolist() == [1.0, -np.inf]
 
 
 @pytest.mark.parametrize("dt", [0.05, 0.0123, 0.002])
 def test_pulse_carries_its_charge_whatever_the_step(dt: float) -> None:
-    state = quiet((1, 1))._replace(start=np.array([[0.1111]]))
+    state = begun(0.1111)
     ends = np.arange(0.0, 0.4 + dt, dt)
-    charge = sum(float(trigger_current(TRIGGER, state, a, b)[0, 0]) * (b - a) for a, b in pairwise(ends))
+    charge = sum(float(trigger_current(state, a, b)[0, 0]) * (b - a) for a, b in pairwise(ends))
     assert charge == pytest.approx(1.5 * 0.05, rel=1e-9)
 
 
@@ -91,15 +98,35 @@ def test_delay_rule_keeps_a_pulse_that_is_still_to_come() -> None:
     state, charge, dt = quiet((1, 1)), 0.0, 0.01
     for k in range(400):
         state = observe_activation(trigger, state, np.array([[0.0 if k * dt < 1.0 else 1.0]]), k * dt)
-        charge += float(trigger_current(trigger, state, k * dt, (k + 1) * dt)[0, 0]) * dt
+        charge += float(trigger_current(state, k * dt, (k + 1) * dt)[0, 0]) * dt
     assert charge == pytest.approx(2 * 1.5 * 0.05, rel=1e-9)
 
 
 @pytest.mark.parametrize("response", [0.5, np.full((3, 1), 0.5)], ids=["everywhere", "by cell"])
 def test_response_of_the_cells_scales_what_is_added(response: float | np.ndarray) -> None:
     """To what is there already, for a factor as for a field of factors (regions)."""
-    state = quiet((3, 1))
-    state.start[1, 0] = 0.01
+    state = begun(-np.inf, 0.01, -np.inf)
     current = np.full((3, 1), 0.25)
-    add_trigger_current(TRIGGER, state, 0.02, 0.03, current, response)
+    add_trigger_current(state, 0.02, 0.03, current, response)
     assert current.ravel() == pytest.approx([0.25, 0.25 + 0.5 * TRIGGER.intensity, 0.25])
+
+
+def test_a_pulse_keeps_what_it_was_begun_with() -> None:
+    """Duration and intensity of the trigger may change in a run: the pulses under way stay as they are."""
+    state = quiet((1, 1))._replace(tension=np.array([[200.0]]), rising=np.array([[True]]))
+    state = observe_tension(TRIGGER, state, np.array([[150.0]]), 0.1)
+    changed = TRIGGER._replace(duration=0.01, intensity=9.0, level=1e3)
+    state = observe_tension(changed, state, np.array([[140.0]]), 0.11)
+    charge = sum(float(trigger_current(state, 0.1 + a, 0.102 + a)[0, 0]) * 0.002 for a in np.arange(50) * 0.002)
+    assert charge == pytest.approx(TRIGGER.duration * TRIGGER.intensity)
+
+
+def test_delay_rule_answers_an_activation_once_whatever_changes() -> None:
+    """A longer delay is no second answer to the same wave, a shorter refractory time does not recall one let go."""
+    trigger = TRIGGER._replace(rule="delay")
+    state = observe_activation(trigger, quiet((1, 1)), np.array([[0.2]]), 0.2)
+    for later in (trigger._replace(delay=2.0), trigger._replace(refractory=0.0)):
+        assert observe_activation(later, state, np.array([[0.2]]), 0.6).start[0, 0] == pytest.approx(0.3)
+    state = observe_activation(trigger, state, np.array([[0.5]]), 0.5)  # refractory: let go
+    again = observe_activation(trigger._replace(refractory=0.1), state, np.array([[0.5]]), 0.6)
+    assert again.start[0, 0] == pytest.approx(0.3)

@@ -137,9 +137,15 @@ def test_results_without_manifest_cannot_be_verified_and_say_so() -> None:
 
 def test_loading_from_the_file_is_loading_from_its_folder(stored: Path, tmp_path: Path) -> None:
     assert ps.load(stored / "result.nc").fingerprint == ps.load(stored).fingerprint
-    alone = shutil.copy(stored / "result.nc", tmp_path / "result.nc")
-    with pytest.raises(DamagedResult, match=r"manifest\.json is missing"):
-        ps.load(alone)
+    for name in ("result.nc", "renamed.nc"):
+        alone = ps.load(shutil.copy(stored / "result.nc", tmp_path / name))
+        assert alone.fingerprint == ps.load(stored).fingerprint
+        assert "could not be checked" in alone.remarks[-1]
+    folder = Path(shutil.copytree(stored, tmp_path / "run"))
+    (folder / manifest.FILE).unlink()
+    for place in (folder, folder / "result.nc"):
+        with pytest.raises(DamagedResult, match=r"manifest\.json is missing"):
+            ps.load(place)
 
 
 # --- any operation may fail -------------------------------------------------------------------------
@@ -324,11 +330,14 @@ def test_pictures_are_stored_with_a_result_and_not_listed(tmp_path: Path) -> Non
     target = tmp_path / "run"
     workspace = Workspace(target)
     workspace.publish(
-        {"summary.json": b"{}"}, "finished", {}, lambda folder: (folder / "a.png").write_bytes(b"") and None
+        {"summary.json": b"{}", "config.toml": b""},
+        "finished",
+        {},
+        lambda folder: (folder / "a.png").write_bytes(b"") and None,
     )
     workspace.close()
     assert (target / "a.png").exists()
-    assert list(verify(target).files) == ["summary.json"]
+    assert set(verify(target).files) == {"summary.json", "config.toml"}
 
 
 def test_links_in_a_hidden_folder_are_removed_and_not_followed(tmp_path: Path) -> None:
@@ -441,8 +450,9 @@ def test_quarantine_moves_and_deletes_nothing(copy: Path) -> None:
 def test_a_manifest_that_lies_about_its_content(copy: Path) -> None:
     """Hashes agree and the content is none of ours: one sentence, no traceback."""
     for content in (b"", b"not a NetCDF file", b"\x89HDF\r\n\x1a\n" + b"\0" * 200):
+        files = {**read_manifest(copy).files, "result.nc": Entry.of(content)}
         (copy / "result.nc").write_bytes(content)
-        (copy / manifest.FILE).write_bytes(Manifest("finished", {"result.nc": Entry.of(content)}).encode())
+        (copy / manifest.FILE).write_bytes(Manifest("finished", files).encode())
         assert verify(copy).status == "finished"
         with pytest.raises(DamagedResult):
             ps.load(copy)

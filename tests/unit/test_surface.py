@@ -355,7 +355,7 @@ class Done:
 @pytest.mark.parametrize(
     ("done", "said"),
     [
-        (Done(1, "Traceback\nModuleNotFoundError: No module named 'pyvista'\n"), r"pip install peristalsis\[surface\]"),
+        (Done(1, "Traceback\nModuleNotFoundError: No module named 'pyvista'\n"), r"pip install pyvista"),
         (Done(1, "ImportError: libGL.so.1: cannot open shared object file"), r"\(ImportError: libGL.so.1.*libgl1"),
         (Done(-11), r"\(signal 11\).*VTK export"),
         (Done(3), "draws an empty picture"),

@@ -88,7 +88,7 @@ def test_a_text_without_unit_is_refused_for_a_dimensional_parameter() -> None:
         ),
         *("0.9 2 cm", "0.9 cm; cm", "0.9 __import__('os')", "0.9 cm" + " " * 200, "9" * 200, "0x10 cm"),
         *("1_0 cm", "0.9 cm\x00", "0.9 degC", "0.9 dB", "\ud800 cm", "٣ cm"),
-        *(True, None, [], {}, b"0.9 cm", 1j, math.nan, math.inf, object()),
+        *(True, None, [], {}, b"0.9 cm", 1j, math.nan, math.inf, object),
     ],
     ids=ascii,
 )
@@ -158,3 +158,107 @@ def test_canonical_units_do_not_load_the_unit_library() -> None:
         "parse('1 mN s/cm', 'mN*s/cm', 'k'); assert 'pint' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+SPELLINGS = {
+    "cm": ("cm",),
+    "deg": ("deg", "°"),
+    "1/ms": ("1/ms", "ms⁻¹", "ms-1", "ms^-1", "1 / ms"),
+    "1/mV": ("1/mV", "mV⁻¹"),
+    "mN*cm": ("mN*cm", "mN·cm", "mN×cm", "mN.cm", "mN cm", "mN ⋅ cm"),
+    "mN*s/cm": ("mN*s/cm", "mN.s/cm", "mN·s·cm⁻¹", "mN s cm-1", "mN × s / cm"),
+    "mN/cm^3": ("mN/cm³", "mN·cm⁻³", "mN/cm3", "mN.cm-3"),
+    "mN/(cm*mV)": ("mN/(cm·mV)", "mN/(cm.mV)", "mN·cm⁻¹·mV⁻¹"),
+    "kPa": ("kPa",),
+    "mg/cm^2": ("mg/cm²", "mg·cm⁻²", "mg cm-2"),
+    "mS/cm^2": ("mS/cm²", "mS·cm⁻²", "mS.cm-2"),
+    "uA/cm^2": ("µA/cm²", "μA·cm⁻²"),
+}
+
+
+@pytest.mark.parametrize(("unit", "spelling"), [(u, s) for u, many in SPELLINGS.items() for s in many])
+def test_units_are_read_as_papers_write_them(unit: str, spelling: str) -> None:
+    """Raised digits, signs of multiplication, full stops between units: the same number to the bit."""
+    for space in (" ", "", "\u00a0", "\u202f"):
+        if space or spelling[0].isalpha() or spelling == "°":
+            assert parse(f"0.7{space}{spelling}", unit, "key") == 0.7
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "expected"),
+    [
+        ("10 cmH₂O", "kPa", 0.980665),
+        ("10 cm H2O", "kPa", 0.980665),
+        ("10 cm H₂O", "kPa", 0.980665),
+        ("−55 mV", "mV", -55.0),
+        ("1.5×10⁻³ mV", "mV", 1.5e-3),
+        ("1.5 × 10^-3 mV", "mV", 1.5e-3),
+        ("2·10³ mN", "mN", 2000.0),
+        ("2e3 mN", "mN", 2000.0),
+    ],
+)
+def test_numbers_are_read_as_papers_write_them(text: str, unit: str, expected: float) -> None:
+    assert parse(text, unit, "key") == pytest.approx(expected, rel=1e-15)
+    assert parse("1 mm Hg", "kPa", "key") == parse("1 mmHg", "kPa", "key")
+
+
+@pytest.mark.parametrize(
+    "text", ["5 s.", "5 .s", "5 m×", "5 ⁻¹", "5 s--1", "5 °°", "5×10", "5×10⁻⁹⁹⁹⁹ s", "5 cm H", "5 ^s"]
+)
+def test_odd_spellings_stay_refused(text: str) -> None:
+    with pytest.raises(ConfigurationError):
+        parse(text, "s", "key")
+
+
+def test_every_unit_that_is_written_is_read_back() -> None:
+    """Units of parameters, of outputs and of tables, with the typography of the figures."""
+    import peristalsis as ps
+    from peristalsis.names import OUTPUTS
+
+    written = {about.unit for about in ps.configuration().items()} | {output.unit for output in OUTPUTS.values()}
+    for unit in sorted(written - {"", "1"}):
+        pretty = unit.replace("*", "·").replace("^2", "²").replace("^3", "³").replace("u", "µ")
+        for spelling in (unit, pretty):
+            target = unit if unit in CANONICAL_UNITS else "deg" if unit == "rad" else unit
+            assert parse(f"1 {spelling}", target, "key") > 0.0, spelling
+
+
+@given(value=st.floats(min_value=1e-6, max_value=1e6), unit=st.sampled_from(sorted(SPELLINGS)), data=st.data())
+def test_any_spelling_gives_the_number_of_the_plain_one(value: float, unit: str, data: st.DataObject) -> None:
+    spelling = data.draw(st.sampled_from(SPELLINGS[unit]))
+    assert parse(f"{value!r} {spelling}", unit, "key") == parse(f"{value!r} {unit}", unit, "key")
+
+
+def test_values_of_numpy_and_pint_are_taken() -> None:
+    """Scalars, switches, arrays, quantities: what a notebook has at hand, and the same configuration."""
+    import numpy as np
+    import pint
+
+    import peristalsis as ps
+
+    q = pint.UnitRegistry()
+    given = {
+        "pellet.radius": q.Quantity(8.5, "mm"),
+        "pellet.viscous_friction": q.Quantity(np.float64(12.0), "N*s/m"),
+        "reflex.enabled": np.bool_(False),
+        "grid.n_z": np.int32(60),
+        "longitudinal.active": np.float32(0.5),
+        "output.probes": q.Quantity(np.array([20.0, 50.0]), "mm"),
+        "circular.threshold": np.str_("-50 mV"),
+        "circular.active": np.array(0.25),
+    }
+    plain = {
+        "pellet.radius": "8.5 mm",
+        "pellet.viscous_friction": "12.0 N*s/m",
+        "reflex.enabled": False,
+        "grid.n_z": 60,
+        "longitudinal.active": 0.5,
+        "output.probes": ["20 mm", "50 mm"],
+        "circular.threshold": "-50 mV",
+        "circular.active": 0.25,
+    }
+    assert ps.configuration(changes=given) == ps.configuration(changes=plain)
+    with pytest.raises(ConfigurationError, match="the unit is missing"):
+        ps.configuration(changes={"pellet.radius": np.float64(0.9)})
+    with pytest.raises(ConfigurationError, match="cannot be converted"):
+        ps.configuration(changes={"pellet.radius": q.Quantity(1.0, "kg")})

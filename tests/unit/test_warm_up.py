@@ -117,7 +117,7 @@ def test_tissue_is_compiled_without_an_equilibrium(monkeypatch: pytest.MonkeyPat
     def unwanted(*words: Any, **more: Any) -> Any:
         raise AssertionError("the wall was solved for")
 
-    monkeypatch.setattr("peristalsis.model.initial.solve_equilibrium", unwanted)
+    monkeypatch.setattr("peristalsis.model.inflation.solve_packed", unwanted)
     monkeypatch.setattr("peristalsis.model.step.step_wall", unwanted)
     warm_up.compile_tissue()
 

@@ -111,3 +111,13 @@ def test_noise_decays_while_the_neck_is_packed() -> None:
         spreads.append(float(np.ptp(simulation.state.wall.position[:, :, 0], axis=1).max()))
     assert max(spreads) <= 3e-7  # the range of as many draws is six times their deviation
     assert spreads[-1] <= 0.2 * spreads[0]
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_blocked_conduction_on_many_columns_warns_of_nothing() -> None:
+    """Where a region blocks conduction the sheet's resistance is infinite: meant, and not a division gone wrong."""
+    given = {**SMALL, "grid.n_theta": 8, "run.duration": "4 ms"}
+    found = Simulation(scenarios.configuration("aganglionic", changes=given)).run()
+    assert found.error is None
+    blocked = (found.arrays["z_cell"] > 5.5) & (found.arrays["z_cell"] < 7.5)
+    assert np.isfinite(found.arrays["potential_longitudinal"][-1][blocked]).all()

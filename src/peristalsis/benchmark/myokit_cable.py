@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from ..build import build
 from ..config import Configuration
+from ..measures import wave_speed
 from ..model.model import ACTIVATION_LEVEL, Model
-from ..result import wave_speed
 from ..tissue.cells.plant import CONDUCTANCES
 from ..tissue.rest import rest_state
 from ..tissue.sheet import advance_sheet

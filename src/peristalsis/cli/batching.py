@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ConfigurationError, DamagedResult, WriteError, shown
+from ..errors import ConfigurationError, DamagedResult, DivergenceError, WriteError, shown
+from ..paths import located
 from .streams import Screen, spelled
 
 if TYPE_CHECKING:
@@ -19,14 +20,15 @@ MOST_WORKERS = 64
 
 def batch(file: str, out: str | None, workers: int, screen: Screen) -> int:
     """Carry out a batch file; the exit code."""
+    from ..batches import WITHOUT_RESULT
     from ..batches import batch as carry_out
     from ..plan import as_text, read_plan
 
     if not 1 <= workers <= MOST_WORKERS:
         raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
     begin = time.monotonic()
-    plan = read_plan(Path(file))
-    target = Path("out", Path(file).stem) if out is None else Path(out)
+    plan = read_plan(located(file))
+    target = Path("out", located(file).stem) if out is None else located(out)
     screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(target)}: call again to go on"
 
     def progress(step: Step) -> None:
@@ -42,21 +44,25 @@ def batch(file: str, out: str | None, workers: int, screen: Screen) -> int:
     counted = Counter(row.status for row in made.rows)
     screen.table(("status", "runs"), ((status.replace("_", " "), str(count)) for status, count in counted.items()))
     spent = time.monotonic() - begin
-    answer: dict[str, Any] = {"status": "finished", "runs": dict(counted), "written": str(made.table)}
+    answer: dict[str, Any] = {"status": made.status, "runs": dict(counted), "written": str(made.table)}
     screen.answer(answer | {"wall_s": round(spent, 1)})
     screen.say(f"written: {spelled(made.table)} ({spent:.0f} s)")
-    return 0
+    if made.status == "finished":
+        return 0
+    without = sum(row.status in WITHOUT_RESULT for row in made.rows)
+    screen.line(f"error: {without} of {len(made.rows)} points have no result; the table says why")
+    return DivergenceError.exit_code
 
 
 def check(folders: Sequence[str], aside: bool, screen: Screen) -> int:
     """Check stored runs against their manifests; exit code 1 if one is not whole."""
-    from .. import store
+    from .. import result, store
 
     states: list[dict[str, str]] = []
     for folder in folders:
-        path = Path(folder)
+        path = located(folder)
         try:
-            found = store.verify(path)
+            found = result.check(path)
             states.append({"folder": folder, "state": "whole", "said": f"{found.status}, {len(found.files)} files"})
         except DamagedResult as error:
             said = str(error)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from ..errors import ConfigurationError, WriteError
+from ..paths import located
 from .job import Job
 from .streams import Screen, spelled
 
@@ -57,7 +58,7 @@ def bench(
     if quick and full:
         raise ConfigurationError("--quick and --full are both given; keep one")
     effort: Literal["quick", "full"] = "full" if full else "quick"
-    order = BenchOrder(tuple(names or ()), effort, Path(OUT if out is None else out), anew)
+    order = BenchOrder(tuple(names or ()), effort, located(OUT if out is None else out), anew)
     return Job(lambda screen: carry_out_order(order, screen))
 
 

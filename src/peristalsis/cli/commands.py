@@ -17,7 +17,7 @@ from .verify_command import verify
 
 EXIT_CODES = (
     "Exit codes: 0 finished, whatever the pellet did; 1 a check ran and failed; 2 bad input; "
-    "3 the run diverged; 4 a result could not be written; 130 interrupted."
+    "3 the run diverged, or points of a batch have no result; 4 a result could not be written; 130 interrupted."
 )
 
 EXAMPLES = {
@@ -31,6 +31,7 @@ EXAMPLES = {
         "--set grid.n_z_wall=100 --out out/explicit",
         "peristalsis run --config my.toml --out out/mine --json",
         "peristalsis run --config my.toml --out out/mine --resume",
+        "peristalsis run baseline --set 'run.duration=1 s' --certain --out out/sure",
     ),
     "list": ("peristalsis list", "peristalsis list --json"),
     "show": (
@@ -147,6 +148,16 @@ def run_(
             "--set solver.integrator=...",
         ),
     ] = None,
+    certain: Annotated[
+        bool,
+        typer.Option(
+            "--certain",
+            help="Run the doubled grid and the halved steps too, and say whether they agree; five times the cost.",
+        ),
+    ] = False,
+    workers: Annotated[
+        int, typer.Option("--workers", metavar="N", help="Processes for the two runs of --certain: 1 or 2.")
+    ] = 1,
     as_json: Json = False,
     no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")] = False,
 ) -> Job:
@@ -159,7 +170,7 @@ def run_(
     from .running import Order, run
 
     described = Input(name, reading, settings or (), config, integrator)
-    order = Order(described, out, overwrite, not no_plots, resume)
+    order = Order(described, out, overwrite, not no_plots, resume, certain, workers)
     return Job(lambda screen: run(order, screen), name)
 
 
@@ -268,13 +279,15 @@ def film_(
         str | None,
         typer.Option("--out", metavar="FILE", help="A .gif, or .mp4 where ffmpeg is; FOLDER/film.gif unless given."),
     ] = None,
+    frames: Annotated[int, typer.Option("--frames", metavar="N", help="Frames, spread evenly over the run.")] = 100,
+    rate: Annotated[int, typer.Option("--rate", metavar="N", help="Frames a second.")] = 20,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> Job:
     """Write a film of a stored run: wall and pellet."""
     from .stored import film
 
-    return Job(lambda screen: film(folder, out, overwrite, screen))
+    return Job(lambda screen: film(folder, out, overwrite, screen, frames, rate))
 
 
 @app.command("scene", epilog=_epilog("scene"))
@@ -295,6 +308,7 @@ def scene_(
     colour: Annotated[
         str, typer.Option("--colour", metavar="FIELD", help="Output that colours the wall.")
     ] = "stretch_circumferential",
+    rate: Annotated[int, typer.Option("--rate", metavar="N", help="Frames a second of a film.")] = 15,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> Job:
@@ -304,7 +318,7 @@ def scene_(
     """
     from .stored import scene
 
-    return Job(lambda screen: scene(folder, out, time, colour, overwrite, screen))
+    return Job(lambda screen: scene(folder, out, time, colour, overwrite, screen, rate))
 
 
 @app.command("export", epilog=_epilog("export"))
@@ -317,6 +331,21 @@ def export_(
     kind: Annotated[
         str, typer.Option("--format", metavar="csv|vtk", help="Tables, or moving surfaces for ParaView.")
     ] = "csv",
+    every: Annotated[
+        str | None,
+        typer.Option("--every", metavar="T", help="Time between rows, such as '10 ms'; all rows unless given."),
+    ] = None,
+    fields: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--field", metavar="FIELD", help="A map to write, or 'all'; may be repeated. Diameter alone unless given."
+        ),
+    ] = None,
+    compress: Annotated[bool, typer.Option("--compress", help="Write .csv.gz files.")] = False,
+    units: Annotated[
+        str | None,
+        typer.Option("--units", metavar="U,U,...", help="Units of the tables, such as 'mm,Pa,N', or SI."),
+    ] = None,
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> Job:
@@ -326,7 +355,7 @@ def export_(
     """
     from .stored import export
 
-    return Job(lambda screen: export(folder, kind, out, overwrite, screen))
+    return Job(lambda screen: export(folder, kind, out, overwrite, screen, every, fields or [], compress, units))
 
 
 @app.command("compare", epilog=_epilog("compare"))

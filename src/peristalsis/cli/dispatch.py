@@ -36,6 +36,8 @@ def _carry_out(words: Sequence[str], screen: Screen) -> int:
         if isinstance(job, int):  # a help text was shown
             return job
         screen.scenario = job.scenario
+        if not _has_working_folder():  # said before anything is computed that could not be written
+            raise ConfigurationError("the working folder is gone: it was moved or deleted; go to another one with cd")
         return job.work(screen)
     except PeristalsisError as error:
         return screen.fail(error)
@@ -50,6 +52,13 @@ def _carry_out(words: Sequence[str], screen: Screen) -> int:
         return screen.fail(
             PeristalsisError(f"unforeseen {cause} (please report it; {TRACEBACK}=1 shows where it came from)")
         )
+
+
+def _has_working_folder() -> bool:
+    try:
+        return bool(os.getcwd())
+    except FileNotFoundError:
+        return False
 
 
 def _parse(words: Sequence[str]) -> Job | int:

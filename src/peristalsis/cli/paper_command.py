@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import ConfigurationError, shown, suggestion
+from ..paths import located
 from .job import Job
 from .streams import Screen, spelled
 
@@ -87,7 +88,7 @@ def paper(
         raise ConfigurationError(f"--reading {shown(reading)}: no such reading; {suggestion(reading, READINGS)}")
     if not 1 <= workers <= MOST_WORKERS:
         raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
-    order = PaperOrder(figure, reading, workers, Path(out), coarse, not no_searches, _variants(variant or []))
+    order = PaperOrder(figure, reading, workers, located(out), coarse, not no_searches, _variants(variant or []))
     return Job(lambda screen: carry_out_order(order, screen))
 
 

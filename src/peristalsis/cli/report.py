@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..comparing import NUMBERS, Number, value_of
+from ..names import CERTAIN
 from .streams import Screen, spelled
 
 if TYPE_CHECKING:
@@ -32,9 +33,37 @@ def print_summary(result: Result, target: Path, pictures: tuple[str, ...], scree
     )
     if friction:
         screen.table(("friction of the pellet", "used", "in other units", "printed in the paper"), friction)
+    for layer, reason in (summary.get("wave_speed_reason") or {}).items():
+        if reason is not None:
+            screen.say(f"no wave speed, {layer} layer: {reason}")
     screen.say(f"saved in {spelled(target)}")
     if pictures:
         screen.say(f"pictures there: {', '.join(pictures)}; all others: peristalsis plot {spelled(target)}")
+
+
+def print_certainty(result: Result, screen: Screen) -> None:
+    """What the doubled grid and the halved steps came to, and whether the run may be used; nothing if not asked."""
+    from ..certain import WORDS
+
+    verdict = result.summary.get(CERTAIN)
+    if verdict is None:
+        return
+    rows = [("as asked", result.summary), *((WORDS[name], run) for name, run in verdict["runs"].items())]
+    if verdict["runs"]:
+        screen.table(("run", "status", "transit", "last position", "largest force", "change"), map(_certain_row, rows))
+    screen.say(str(verdict["sentence"]))
+
+
+def _certain_row(named: tuple[str, Mapping[str, Any]]) -> tuple[str, ...]:
+    name, run = named
+    return (
+        name,
+        str(run["status"]).replace("_", " "),
+        number_text(run.get("transit_s"), "s"),
+        number_text(run.get("final_position_cm"), "cm"),
+        number_text(run.get("max_axial_force_mN"), "mN"),
+        number_text(run.get("change_percent"), "%"),
+    )
 
 
 def number_text(value: float | None, unit: str, scale: float = 1.0) -> str:
@@ -48,7 +77,7 @@ def number_text(value: float | None, unit: str, scale: float = 1.0) -> str:
 def _rows(result: Result) -> Iterator[tuple[str, str, str]]:
     for number in NUMBERS:
         value = value_of(result.summary, number)
-        if value is not None:
+        if value is not None and not (number.seldom and value == 0):
             yield number.label, number_text(value, number.unit), _other(value, number)
 
 

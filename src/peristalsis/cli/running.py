@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..errors import DivergenceError, InterruptedRun, WriteError
+from ..errors import ConfigurationError, DivergenceError, InterruptedRun, WriteError
+from ..names import CERTAIN
+from ..paths import located
 from .inputs import Input
-from .report import print_summary
+from .report import print_certainty, print_summary
 from .signals import Held, held_back
 from .streams import RunProgress, Screen, spelled
 
@@ -24,6 +26,9 @@ PICTURES = ("overview", "track", "diameter_map", "wall_shapes")
 AROUND = ("activation_maps", "surface_maps")
 """Drawn besides where anything may vary around the ring."""
 
+MOST_NEIGHBOURS = 2
+"""Runs that --certain makes besides, so no more processes than these."""
+
 Failure = DivergenceError | InterruptedRun
 
 
@@ -36,22 +41,33 @@ class Order:
     overwrite: bool
     pictures: bool
     resume: bool = False
+    certain: bool = False
+    workers: int = 1
 
 
 def run(order: Order, screen: Screen) -> int:
     """Carry out an order; the exit code."""
+    from ..certain import cost_words, make_certain, neighbours
     from ..runner import KeptRun
 
     configuration = order.input.configuration()
     screen.scenario = configuration.scenario
-    target = Path("out", configuration.scenario) if order.out is None else Path(order.out)
+    target = Path("out", configuration.scenario) if order.out is None else located(order.out)
     refuse_target(target, order.overwrite or order.resume)
+    if order.certain:
+        if not 1 <= order.workers <= MOST_NEIGHBOURS:
+            raise ConfigurationError(f"--workers {order.workers}: --certain makes two runs; choose 1 or 2")
+        neighbours(configuration)  # refused now rather than at the end
     screen.if_interrupted = "interrupted; nothing was written"
     kept = KeptRun(configuration, target, order.resume, order.overwrite, screen.line)
     if kept.finished is not None:
-        return _say_finished(kept.finished, target, screen)
+        return _say_finished(kept, order, target, screen)
+    if order.certain:
+        screen.line(cost_words(configuration, order.workers))
     with kept:
         result, failure = _simulate(kept, screen)
+        if order.certain and failure is None:
+            result = make_certain(result, order.workers, screen.line)
         drawing = Drawing(result, wanted=order.pictures and not isinstance(failure, InterruptedRun))
         try:
             _save(kept, result, drawing)
@@ -64,19 +80,43 @@ def run(order: Order, screen: Screen) -> int:
         return screen.fail(failure, _plain(result), also=f" (saved in {spelled(target)})")
     screen.answer(_plain(result))
     print_summary(result, target, drawing.names, screen)
+    print_certainty(result, screen)
     if drawing.problem is not None:
         screen.warn(f"{drawing.problem}; the numbers are saved in {spelled(target)}")
-    return InterruptedRun.exit_code if drawing.interrupted else 0
+    return InterruptedRun.exit_code if drawing.interrupted or left_open(result) else 0
 
 
-def _say_finished(result: Result, target: Path, screen: Screen) -> int:
+def left_open(result: Result) -> bool:
+    """Whether the neighbours of a run were interrupted."""
+    verdict = result.summary.get(CERTAIN)
+    return verdict is not None and verdict["agrees"] is None
+
+
+def _say_finished(kept: KeptRun, order: Order, target: Path, screen: Screen) -> int:
     """What a run that needs no resuming came to; the exit code it had."""
+    from ..certain import cost_words
+
+    result = kept.finished
+    assert result is not None
     if result.status == DivergenceError.status:
         return screen.fail(DivergenceError(result.error or ""), _plain(result), also=f" (saved in {spelled(target)})")
     screen.line(f"{spelled(target)} is finished: nothing is left to run")
+    if order.certain:
+        if CERTAIN not in result.summary:
+            screen.line(cost_words(result.configuration, order.workers))
+        pictures = order.pictures
+        result = kept.finished_and_certain(
+            order.workers, screen.line, lambda made, folder: _draw_again(made, folder, pictures)
+        )
     screen.answer(_plain(result))
     print_summary(result, target, (), screen)
-    return 0
+    print_certainty(result, screen)
+    return InterruptedRun.exit_code if order.certain and left_open(result) else 0
+
+
+def _draw_again(result: Result, folder: Path, wanted: bool) -> None:
+    with held_back() as held:
+        Drawing(result, wanted).draw(folder, held)
 
 
 def refuse_target(target: Path, overwrite: bool) -> None:
@@ -110,18 +150,30 @@ def _simulate(kept: KeptRun, screen: Screen) -> tuple[Result, Failure | None]:
             screen.line(expected_effort(configuration, simulation.model, simulation.state).words())
         progress.start()
         result = simulation.run()
+        if simulation.failure is None:
+            progress.done(result.status.replace("_", " "), float(result.summary["simulated_s"]))
+    for remark in result.remarks:
+        if remark not in simulation.remarks:
+            screen.warn(remark)
     return result, simulation.failure
 
 
 def _save(kept: KeptRun, result: Result, drawing: Drawing) -> None:
     try:
         with held_back() as held:
-            kept.save(result, extras=lambda folder: drawing.draw(folder, held))
+            kept.save(result, extras=lambda folder: _add(result, folder, drawing, held))
             drawing.interrupted = drawing.interrupted or held.asked
     except WriteError:
         raise
     except Exception as error:  # the file library has errors of its own when a disk is full
         raise WriteError(f"could not write {spelled(kept.target)}: {error}; choose another folder with --out") from None
+
+
+def _add(result: Result, folder: Path, drawing: Drawing, held: Held) -> None:
+    from ..certain import write_table
+
+    write_table(result.summary, folder)
+    drawing.draw(folder, held)
 
 
 def _plain(result: Result) -> dict[str, object]:

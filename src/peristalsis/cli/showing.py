@@ -6,10 +6,10 @@ import json
 import platform
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ConfigurationError, UnknownKeyError, shown, suggestion
+from ..paths import located
 from .inputs import Input
 from .streams import Screen, spelled
 
@@ -88,6 +88,7 @@ def validate(file: str, screen: Screen) -> int:
     changed = [entry.key for entry in _entries(configuration) if entry.tag == "set by user"]
     if configuration.regions != scenarios.unchanged(configuration).regions:
         changed.append("regions")
+    changed += [name for name in ("protocols", "stimuli") if getattr(configuration, name)]
     screen.say(
         f"{spelled(file)} is valid: scenario {configuration.scenario}, reading {configuration.reading}, "
         f"{len(changed)} parameters changed" + (f" ({', '.join(changed)})" if changed else "")
@@ -152,11 +153,11 @@ def _stored(given: Input) -> Configuration | None:
     from ..config import Configuration
     from ..store import CONFIGURATION_FILE
 
-    if given.name is None or given.name in scenarios.names() or not Path(given.name).is_dir():
+    if given.name is None or given.name in scenarios.names() or not located(given.name).is_dir():
         return None
     if given.reading is not None or given.settings or given.file is not None:
         raise ConfigurationError(f"NAME = {shown(given.name)}: a stored run cannot be changed; leave out the options")
-    return Configuration.from_toml(Path(given.name, CONFIGURATION_FILE))
+    return Configuration.from_toml(located(given.name) / CONFIGURATION_FILE)
 
 
 def _entries(configuration: Configuration) -> Iterable[Entry]:

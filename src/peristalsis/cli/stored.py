@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..errors import ConfigurationError, WriteError, shown, suggestion
+from ..paths import located
 from .report import number_text
 from .streams import Screen, spelled
 
@@ -31,54 +33,78 @@ def plot(folder: str, names: Sequence[str], formats: Sequence[str], out: str | N
                 f"--format {shown(name)}: not one of {', '.join(FORMATS)}; {suggestion(name, FORMATS)}"
             )
     result = _load(folder, screen)
-    target = Path(folder if out is None else out)
+    target = _home(folder) if out is None else located(out)
     chosen = list(dict.fromkeys(names)) or None
-    files = _written(
-        target, lambda: result.plot.save(target, chosen, formats=tuple(dict.fromkeys(formats)) or ("png",))
-    )
+    plots = result.plot
+    files = _written(target, lambda: plots.save(target, chosen, formats=tuple(dict.fromkeys(formats)) or ("png",)))
+    for name, why in plots.skipped.items():
+        screen.warn(f"{name} is left out: {why}")
     return _say_written(files or [], screen)
 
 
-def film(folder: str, out: str | None, overwrite: bool, screen: Screen) -> int:
+def film(folder: str, out: str | None, overwrite: bool, screen: Screen, frames: int = 100, rate: int = 20) -> int:
     """Write a film of a stored run."""
-    target = Path(folder, "film.gif") if out is None else Path(out)
+    target = _home(folder) / "film.gif" if out is None else located(out)
     if target.suffix.lower() not in FILMS:
         raise ConfigurationError(f"--out {shown(str(target))}: a film ends in {' or '.join(FILMS)}; rename it")
     result = _load(folder, screen)
-    _refuse_existing(target, overwrite or out is None)
-    _written(target, lambda: result.plot.film(target))
+    with _taken(target, overwrite or out is None):
+        _written(target, lambda: result.plot.film(target, frames, rate))
     return _say_written([target], screen)
 
 
-def scene(folder: str, out: str | None, time: str | None, colour: str, overwrite: bool, screen: Screen) -> int:
+def scene(
+    folder: str, out: str | None, time: str | None, colour: str, overwrite: bool, screen: Screen, rate: int = 15
+) -> int:
     """Draw a stored run in space."""
     from ..units import parse
 
-    target = Path(folder, "scene.png") if out is None else Path(out)
+    target = _home(folder) / "scene.png" if out is None else located(out)
     if target.suffix.lower() not in SCENES:
         raise ConfigurationError(f"--out {shown(str(target))}: a scene ends in {', '.join(SCENES)}; rename it")
     seconds = None if time is None else parse(time, "s", "--time")
     if seconds is not None and target.suffix.lower() != ".png":
         raise ConfigurationError(f"--time {shown(time)}: a film shows all times; leave it out, or name a .png")
     result = _load(folder, screen)
-    _refuse_existing(target, overwrite or out is None)
-    _written(target, lambda: result.plot.scene(target, time=seconds, colour=colour))
+    with _taken(target, overwrite or out is None):
+        _written(target, lambda: result.plot.scene(target, time=seconds, colour=colour, rate=rate))
     return _say_written([target], screen)
 
 
-def export(folder: str, kind: str, out: str | None, overwrite: bool, screen: Screen) -> int:
+def export(
+    folder: str,
+    kind: str,
+    out: str | None,
+    overwrite: bool,
+    screen: Screen,
+    every: str | None = None,
+    fields: Sequence[str] = (),
+    compress: bool = False,
+    units: str | None = None,
+) -> int:
     """Write a stored run for other programs: its numbers as CSV files, or its surfaces as VTK files."""
     if kind not in EXPORTS:
         raise ConfigurationError(
             f"--format {shown(kind)}: not one of {', '.join(EXPORTS)}; {suggestion(kind, EXPORTS)}"
         )
+    if kind == "vtk" and (every is not None or fields or compress or units):
+        raise ConfigurationError("--every, --field, --compress and --units are for --format csv; leave them out")
+    from ..units import parse
+
+    seconds = None if every is None else parse(every, "s", "--every")
     result = _load(folder, screen)
-    target = Path(folder, kind) if out is None else Path(out)
-    _refuse_existing(target, overwrite or out is None)
+    target = _home(folder) / kind if out is None else located(out)
     from ..plots.export import export_csv, export_vtk
 
-    write = export_vtk if kind == "vtk" else export_csv
-    return _say_written(sorted(_written(target, lambda: write(result, target))), screen)
+    def write() -> list[Path]:
+        if kind == "vtk":
+            return export_vtk(result, target)
+        asked = [unit.strip() for unit in (units or "").split(",") if unit.strip()]
+        return export_csv(result, target, seconds, tuple(dict.fromkeys(fields)), compress, asked)
+
+    with _taken(target, overwrite or out is None):
+        files = sorted(_written(target, write))
+    return _say_written(files, screen)
 
 
 def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Screen) -> int:
@@ -90,7 +116,7 @@ def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Sc
             f"RUN = {shown(folders[0])}: there is nothing to compare it with; name a second folder"
         )
     runs = {name: _load(folder, screen) for name, folder in zip(labels(folders), folders, strict=True)}
-    target = None if out is None else Path(out)
+    target = None if out is None else located(out)
     if target is not None:
         _refuse_existing(target, overwrite)
     screen.scenario = None
@@ -101,6 +127,8 @@ def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Sc
             rows.append((number, values))
     status = [result.status for result in runs.values()]
     changed = comparing.changed_keys(runs)
+    for sentence in comparing.cuts(runs):
+        screen.warn(sentence)
     numbers = [
         ("status", *(text.replace("_", " ") for text in status)),
         *((number.label, *(number_text(value, number.unit) for value in values)) for number, values in rows),
@@ -117,14 +145,15 @@ def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Sc
         "changed": changed,
     }
     if target is not None:
-        content |= _write_comparison(comparing.draw, runs, target, content, screen)
+        with _taken(target, overwrite):
+            content |= _write_comparison(comparing.draw, runs, target, content, screen)
     screen.answer(content)
     return 0
 
 
 def labels(folders: Sequence[str]) -> list[str]:
     """Names for the runs: the last part of each folder where that tells them apart, else the whole."""
-    last = [Path(folder).resolve().name for folder in folders]
+    last = [located(folder).resolve().name for folder in folders]
     names = [folder if Counter(last)[name] > 1 else name for folder, name in zip(folders, last, strict=True)]
     repeated = [name for name, count in Counter(names).items() if count > 1]
     if repeated:
@@ -151,6 +180,11 @@ def _write_comparison(
     return {"pictures": [str(file) for file in files]}
 
 
+def _home(folder: str) -> Path:
+    """The folder of a stored run that is named by its folder or by its file."""
+    return Path(folder).parent if Path(folder).is_file() else Path(folder)
+
+
 def _load(folder: str, screen: Screen) -> Result:
     from ..result import load
 
@@ -165,6 +199,20 @@ def _load(folder: str, screen: Screen) -> Result:
 def _refuse_existing(target: Path, overwrite: bool) -> None:
     if target.exists() and not overwrite:
         raise WriteError(f"{shown(str(target))} exists; choose another name with --out, or say --overwrite")
+
+
+@contextmanager
+def _taken(target: Path, overwrite: bool) -> Iterator[None]:
+    """The name of what is to be written, for this process alone; refused where it is taken or may not be replaced."""
+    from ..locks import Claim
+
+    _refuse_existing(target, overwrite)
+    claim = Claim(target)
+    try:
+        _refuse_existing(target, overwrite)  # again: who had the name may have written it since
+        yield
+    finally:
+        claim.release()
 
 
 def _written(target: Path, write: Callable[[], Done]) -> Done:

@@ -209,6 +209,15 @@ class RunProgress:
         place = f", pellet at {position:.2f} cm" if self._pellet else ""
         return f"t = {seconds:.4g} of {self._duration:.4g} s{place}"
 
+    def done(self, why: str, seconds: float) -> None:
+        """The run is over at a simulated time [s], perhaps before its longest duration: a full bar, or a last line."""
+        words = f"100 %  t = {seconds:.4g} s: {why}"
+        if self._bar is not None:
+            self._bar.update(self._bar.task_ids[0], total=1.0, completed=1.0, now=words)
+        elif self._tenths is not None and self._tenths < 10:
+            self._tenths = 10
+            self._screen.line(words)
+
     def __exit__(self, *_: object) -> None:
         if self._bar is not None:
             self._bar.stop()

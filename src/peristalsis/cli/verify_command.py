@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import ConfigurationError, WriteError
+from ..paths import located
 from .job import Job
 from .streams import Screen, spelled
 
@@ -59,7 +60,7 @@ def verify(
         raise ConfigurationError("--quick and --full are both given; keep one")
     if ids and (quick or full):
         raise ConfigurationError(f"--{'quick' if quick else 'full'} is given beside problem {ids[0]}; keep one of them")
-    place = Path(out) if out is not None else None if ids else Path(OUT)
+    place = located(out) if out is not None else None if ids else Path(OUT)
     return Job(lambda screen: carry_out_order(VerifyOrder(tuple(ids or ()), full, place), screen))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import bisect
+import itertools
 import math
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -31,6 +33,30 @@ class Pulse(NamedTuple):
     strength: float
     angle: float = 0.0
     sector: float = RING
+
+
+class Listed(NamedTuple):
+    """Pulses in the order of their begins [s]; reach: the latest end of each and of all before it [s]."""
+
+    begins: tuple[float, ...] = ()
+    pulses: tuple[Pulse, ...] = ()
+    reach: tuple[float, ...] = ()
+
+    def between(self, start: float, stop: float) -> list[Pulse]:
+        """The pulses that are on at some time in [start, stop] [s]."""
+        first = bisect.bisect_right(self.reach, start)  # all before are over
+        last = bisect.bisect_left(self.begins, stop, first)
+        return [pulse for pulse in self.pulses[first:last] if pulse.end > start]
+
+
+NO_PULSES = Listed()
+
+
+def listed(pulses: Iterable[Pulse]) -> Listed:
+    """Pulses, put in order."""
+    ordered = tuple(sorted(pulses, key=lambda pulse: pulse.begin))
+    reach = tuple(itertools.accumulate((pulse.end for pulse in ordered), max))
+    return Listed(tuple(pulse.begin for pulse in ordered), ordered, reach)
 
 
 def covered(edges_low: Floats, edges_high: Floats, low: float, high: float) -> Floats:

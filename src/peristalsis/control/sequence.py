@@ -12,7 +12,6 @@ from ..numerics.compiled import compiled
 Floats = NDArray[np.float64]
 
 RULES = ("active", "total", "pacemaker", "delay", "none")
-LOCAL_RULES = ("active", "total", "delay")
 
 
 class Trigger(NamedTuple):
@@ -27,16 +26,24 @@ class Trigger(NamedTuple):
 
 
 class TriggerState(NamedTuple):
-    """Per cell, shape (n_z, n_theta): last tension seen [mN/cm], whether it was rising, last start of a pulse [s]."""
+    """Per cell, shape (n_z, n_theta): last tension seen [mN/cm], whether it was rising, last start of a pulse [s].
+
+    duration [s] and intensity [uA/cm^2]: of that pulse, which keeps what it was begun with. answered: the latest
+    longitudinal activation that was judged under the rule `delay` [s].
+    """
 
     tension: Floats
     rising: NDArray[np.bool_]
     start: Floats
+    duration: Floats
+    intensity: Floats
+    answered: Floats
 
 
 def quiet(shape: tuple[int, int]) -> TriggerState:
     """A trigger that has not fired yet."""
-    return TriggerState(np.zeros(shape), np.zeros(shape, np.bool_), np.full(shape, -np.inf))
+    numbers = (np.full(shape, -np.inf), np.zeros(shape), np.zeros(shape), np.full(shape, -np.inf))
+    return TriggerState(np.zeros(shape), np.zeros(shape, np.bool_), *numbers)
 
 
 def observe_tension(trigger: Trigger, state: TriggerState, tension: Floats, time: float) -> TriggerState:
@@ -53,7 +60,15 @@ def observe_tension(trigger: Trigger, state: TriggerState, tension: Floats, time
         rising.ravel(),
         start.ravel(),
     )
-    return TriggerState(tension, rising, start if fires else state.start)
+    after = state._replace(tension=tension, rising=rising)
+    return _begun(trigger, after, start) if fires else after
+
+
+def _begun(trigger: Trigger, state: TriggerState, start: Floats) -> TriggerState:
+    """The state with pulses that begin where `start` is new; they have what the trigger has now."""
+    new = start != state.start
+    duration = np.where(new, trigger.duration, state.duration)
+    return state._replace(start=start, duration=duration, intensity=np.where(new, trigger.intensity, state.intensity))
 
 
 @compiled
@@ -82,23 +97,28 @@ def _pass_maximum(
 def observe_activation(trigger: Trigger, state: TriggerState, activation: Floats, time: float) -> TriggerState:
     """Fire a fixed delay after the longitudinal activation of the same cell (times in s, nan before any).
 
-    A pulse that is planned or under way is not replaced, and none begins in the past.
+    A pulse that is planned or under way is not replaced, and none begins in the past. Each activation is judged once.
     """
+    new = activation > state.answered  # false where nan
+    if not new.any():
+        return state
     planned = activation + trigger.delay
-    fires = planned - state.start > trigger.refractory  # false where nan
-    fires &= state.start + trigger.duration <= time
-    return state._replace(start=np.where(fires, np.maximum(planned, time), state.start))
+    ready = planned - state.start > trigger.refractory
+    fires = new & ready & (state.start + state.duration <= time)
+    answered = np.where(fires | (new & ~ready), activation, state.answered)
+    if fires.any():
+        state = _begun(trigger, state, np.where(fires, np.maximum(planned, time), state.start))
+    return state._replace(answered=answered)
 
 
-def trigger_current(trigger: Trigger, state: TriggerState, start: float, stop: float) -> Floats:
+def trigger_current(state: TriggerState, start: float, stop: float) -> Floats:
     """Mean current of the local pulses over [start, stop] [uA/cm^2], shape (n_z, n_theta)."""
     current = np.zeros_like(state.start)
-    add_trigger_current(trigger, state, start, stop, current)
+    add_trigger_current(state, start, stop, current)
     return current
 
 
 def add_trigger_current(
-    trigger: Trigger,
     state: TriggerState,
     start: float,
     stop: float,
@@ -107,18 +127,23 @@ def add_trigger_current(
 ) -> None:
     """Add `trigger_current`, times the response of the cells, to `current`."""
     if isinstance(response, float):
-        _add_pulses_from(
-            state.start.ravel(), trigger.duration, response * trigger.intensity, start, stop, current.ravel()
-        )
+        pulses = state.start.ravel(), state.duration.ravel(), state.intensity.ravel()
+        _add_pulses_from(*pulses, response, start, stop, current.ravel())
     else:
-        current += trigger_current(trigger, state, start, stop) * response
+        current += trigger_current(state, start, stop) * response
 
 
 @compiled
 def _add_pulses_from(
-    begins: np.ndarray, duration: float, intensity: float, start: float, stop: float, current: np.ndarray
+    begins: np.ndarray,
+    durations: np.ndarray,
+    intensities: np.ndarray,
+    response: float,
+    start: float,
+    stop: float,
+    current: np.ndarray,
 ) -> None:
     for k in range(begins.size):
-        inside = min(stop, begins[k] + duration) - max(start, begins[k])
+        inside = min(stop, begins[k] + durations[k]) - max(start, begins[k])
         if inside > 0.0:
-            current[k] += intensity * (inside / (stop - start))
+            current[k] += response * intensities[k] * (inside / (stop - start))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,16 +10,19 @@ from numpy.typing import NDArray
 
 from ..geometry.surface import rates_to_frames
 from ..numerics.rates import rate_formula
-from .bookkeeping import wall_work
+from .bookkeeping import WallWork, wall_work
 from .constants import packed
 from .explicit_step import contact_energy, explicit_acceleration
 from .fields import end_reactions
-from .friction import dry_friction_now, friction_ahead, sliding_speed
+from .friction import dry_friction_now, sliding_speed, tangential_friction_ahead
 from .model import Model
 from .state import State
 from .surface_balance import surface_wall_work, volume_of
 
 Floats = NDArray[np.float64]
+
+NEAR_ONE = 1e-3
+"""Distance of the adiabatic exponent from 1 below which the energy of the gas is computed without cancellation."""
 
 
 class Work(NamedTuple):
@@ -43,22 +45,26 @@ def work_of_step(model: Model, before: State, after: State) -> Work:
     """Trapezoidal work of every term between two states a step apart."""
     if model.grid.is_surface:
         return _work_on_surface(model, before, after)
-    parts = np.empty(4)
-    volumes = wall_work(before.wall.arrays, after.wall.arrays, packed(model.wall), parts)
-    return work_from(model, before, after, parts.tolist(), volumes)
+    return work_from(model, before, after, wall_work(before.wall.arrays, after.wall.arrays, packed(model.wall)))
 
 
-def work_from(model: Model, before: State, after: State, parts: Sequence[float], volumes: tuple[float, float]) -> Work:
-    """`work_of_step` of one column from the numbers of `bookkeeping.wall_work`: parts (4) and volumes (2)."""
-    stored, active, viscous, floor = parts
+def work_from(model: Model, before: State, after: State, wall: WallWork) -> Work:
+    """`work_of_step` of one column from the numbers of `bookkeeping.wall_work`."""
     pellet_volume = model.pellet.volume if model.pellet.present else 0.0
-    gas = _gas_energy(model, volumes[0] - pellet_volume) - _gas_energy(model, volumes[1] - pellet_volume)
+    gas = _gas_energy(model, wall.volume_before - pellet_volume) - _gas_energy(model, wall.volume_after - pellet_volume)
     kinetic = 0.0
     if model.inertia:
         squares = [float((state.wall.velocity[:, 0, [0, 2]] ** 2).sum()) for state in (before, after)]
         kinetic = _kinetic(model, squares)
-    stored += contact_energy(model, after.wall) - contact_energy(model, before.wall)
-    return Work(-active, gas, stored, viscous + floor, _lost_pellet(model, before, after), kinetic)
+    stored = wall.passive + (contact_energy(model, after.wall) - contact_energy(model, before.wall))
+    return Work(
+        active=-wall.active,
+        gas=gas,
+        stored=stored,
+        lost_wall=wall.viscous + wall.floor,
+        lost_pellet=_lost_pellet(model, before, after),
+        kinetic=kinetic,
+    )
 
 
 def _work_on_surface(model: Model, before: State, after: State) -> Work:
@@ -75,7 +81,14 @@ def _work_on_surface(model: Model, before: State, after: State) -> Work:
         lost_across = model.sideways_friction / model.dt_wall * float(across @ across)
     else:
         lost_across = 0.0
-    return Work(-active, gas, stored, lost, _lost_pellet(model, before, after) + lost_across, kinetic)
+    return Work(
+        active=-active,
+        gas=gas,
+        stored=stored,
+        lost_wall=lost,
+        lost_pellet=_lost_pellet(model, before, after) + lost_across,
+        kinetic=kinetic,
+    )
 
 
 def _kinetic(model: Model, squares: list[float]) -> float:
@@ -87,16 +100,16 @@ def _lost_pellet(model: Model, before: State, after: State) -> float:
     power = _friction_power(model, before) + _friction_power(model, after)
     if model.pellet.tangential and model.pellet.frame > 0.0 and model.pellet.present:
         # A reaction along the meridian also works on the wall across the axis: it slips faster than along it.
-        _, weight = friction_ahead(model, before.wall, before.pellet)
-        power += sum(_power_across(model, state, weight) for state in (before, after))
+        tangent = tangential_friction_ahead(model, before.wall, before.pellet)
+        power += sum(_power_across(model, state, tangent) for state in (before, after))
     return 0.5 * model.dt_wall * power
 
 
-def _power_across(model: Model, state: State, weight: Floats) -> float:
+def _power_across(model: Model, state: State, tangent: Floats) -> float:
     """Power lost in friction by slip across the axis [mN cm/s], Eq. (51)."""
     wall, pellet = state.wall, state.pellet
     rho, axial = wall.position[:, :, 0], wall.position[:, :, 2] - pellet.position
-    return model.pellet.frame * pellet.axial_force * float((weight * axial / rho * wall.velocity[:, :, 0]).sum())
+    return model.pellet.frame * pellet.axial_force * float((tangent * axial / rho * wall.velocity[:, :, 0]).sum())
 
 
 class Momentum(NamedTuple):
@@ -149,8 +162,9 @@ def _gas_energy(model: Model, volume: float) -> float:
     lumen = model.lumen
     ratio = lumen.reference_volume / volume
     scale = lumen.pressure * lumen.reference_volume
-    if abs(lumen.exponent - 1.0) < 1e-12:
-        return scale * math.log(ratio)
+    above = lumen.exponent - 1.0
+    if abs(above) < NEAR_ONE:  # the difference below would cancel
+        return scale * (math.expm1(above * math.log(ratio)) / above if above != 0.0 else math.log(ratio))
     return scale * (ratio ** (lumen.exponent - 1.0) - 1.0) / (lumen.exponent - 1.0)
 
 

@@ -6,6 +6,7 @@ They take the arrays of a `WallState` of one column as they are, and constants b
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,48 @@ AXIAL, CIRCUMFERENTIAL = 0, 2
 """Rows of the total tensions, (4, elements): at left and right corners each."""
 PASSIVE, ACTIVE, VISCOUS, FLOOR = range(4)
 """Work on the wall by part: stored, by the muscle, lost in the dashpot, and what floor and folds add."""
+
+
+class EndReactions(NamedTuple):
+    """Axial force at the oral and the anal end [mN] and the share of slack corners."""
+
+    oral: float
+    anal: float
+    slack: float
+
+
+class ContactSummary(NamedTuple):
+    """Normal force [mN], largest contact pressure [mN/cm^2], contact edges and least radius and gap [cm].
+
+    Edges are nan without contact, the gap is infinite without a pellet. On the whole surface the radius of a ring is
+    that of the circle with its area.
+    """
+
+    normal_force: float
+    largest_pressure: float
+    start: float
+    end: float
+    least_radius: float
+    smallest_gap: float
+
+
+class WallWork(NamedTuple):
+    """Work on the wall over a step by part [mN cm], and the volume within the wall before and after it [cm^3]."""
+
+    passive: float
+    active: float
+    viscous: float
+    floor: float
+    volume_before: float
+    volume_after: float
+
+
+class StepNumbers(NamedTuple):
+    """What `wall_work` gives for a step, `reactions` and `touch` for its end."""
+
+    work: WallWork
+    ends: EndReactions
+    contact: ContactSummary
 
 
 @compiled
@@ -64,7 +107,7 @@ def _total_tensions(rows: np.ndarray, corner: int, wall: WallConstants, totals: 
 
 
 @compiled
-def reactions(arrays: WallArrays, pressure: float, wall_numbers: np.ndarray) -> tuple[float, float, float]:
+def reactions(arrays: WallArrays, pressure: float, wall_numbers: np.ndarray) -> EndReactions:
     """Axial force at the oral and the anal end [mN] and the share of slack corners; see `fields.end_reactions`."""
     wall = unpack_wall(wall_numbers)
     rows = take_apart(arrays, wall)
@@ -77,7 +120,7 @@ def reactions(arrays: WallArrays, pressure: float, wall_numbers: np.ndarray) -> 
 @compiled
 def _reactions(
     rows: np.ndarray, totals: np.ndarray, velocity: np.ndarray, pressure: float, wall: WallConstants
-) -> tuple[float, float, float]:
+) -> EndReactions:
     m = totals.shape[1]
     slack = 0
     for e in range(m):
@@ -102,14 +145,12 @@ def _reactions(
         a, b = rows[RHO, e], rows[RHO, e + 1]
         lumen = pressure * math.pi / 3.0 * (a * a + a * b + b * b)
         forces[end] = 2.0 * math.pi * wall.radius * tension - lumen
-    return forces[0], forces[1], slack / (2.0 * m)
+    return EndReactions(oral=forces[0], anal=forces[1], slack=slack / (2.0 * m))
 
 
 @compiled
-def touch(
-    arrays: WallArrays, centre: float, pellet_radius: float, wall_numbers: np.ndarray
-) -> tuple[float, float, float, float, float, float]:
-    """Numbers of `ContactSummary`; pellet_radius [cm] is 0 without a pellet."""
+def touch(arrays: WallArrays, centre: float, pellet_radius: float, wall_numbers: np.ndarray) -> ContactSummary:
+    """The contact of a state; pellet_radius [cm] is 0 without a pellet."""
     wall = unpack_wall(wall_numbers)
     return _touch(take_apart(arrays, wall), arrays.contact, centre, pellet_radius, wall)
 
@@ -117,7 +158,7 @@ def touch(
 @compiled
 def _touch(
     rows: np.ndarray, contact: np.ndarray, centre: float, pellet_radius: float, wall: WallConstants
-) -> tuple[float, float, float, float, float, float]:
+) -> ContactSummary:
     rho, zeta = rows[RHO], rows[ZETA]
     n = rho.size
     normal = 0.0
@@ -137,7 +178,14 @@ def _touch(
                 start = zeta[i]
             end = zeta[i]
     gap = smallest_gap(rho, zeta, centre, pellet_radius) if pellet_radius > 0.0 else math.inf
-    return normal * 2.0 * math.pi * wall.radius * wall.element_size, pressure, start, end, least, gap
+    return ContactSummary(
+        normal_force=normal * 2.0 * math.pi * wall.radius * wall.element_size,
+        largest_pressure=pressure,
+        start=start,
+        end=end,
+        least_radius=least,
+        smallest_gap=gap,
+    )
 
 
 @compiled
@@ -179,14 +227,14 @@ def _corner_work(
 
 
 @compiled
-def wall_work(old: WallArrays, new: WallArrays, wall_numbers: np.ndarray, out: np.ndarray) -> tuple[float, float]:
-    """Work on the wall between two states by part into `out` (4,) [mN cm], bending included; volumes of the lumen.
+def wall_work(old: WallArrays, new: WallArrays, wall_numbers: np.ndarray) -> WallWork:
+    """Work on the wall between two states by part [mN cm], bending included; volumes of the lumen.
 
     Bending adds to what is stored (Eq. (16)), its viscosity to what is lost.
     """
     wall = unpack_wall(wall_numbers)
     totals = np.empty((4, old.position.shape[0] - 1))
-    return _wall_work(take_apart(old, wall), take_apart(new, wall), old.velocity, new.velocity, wall, totals, out)
+    return _wall_work(take_apart(old, wall), take_apart(new, wall), old.velocity, new.velocity, wall, totals)
 
 
 @compiled
@@ -197,11 +245,10 @@ def _wall_work(
     new_velocity: np.ndarray,
     wall: WallConstants,
     totals: np.ndarray,
-    out: np.ndarray,
-) -> tuple[float, float]:
+) -> WallWork:
     n = old_velocity.shape[0]
     work = np.empty((4, n - 1))
-    out[:] = 0.0
+    out = np.zeros(4)
     for corner in range(2):
         _corner_work(old, new, corner, wall, work, totals)
         for part in range(4):
@@ -223,11 +270,14 @@ def _wall_work(
     unit = math.pi * wall.radius / wall.element_size**3
     out[PASSIVE] += unit * wall.bending_stiffness * bent
     out[VISCOUS] += 2.0 * unit * wall.bending_viscosity * damped
-    return lumen_volume(old[RHO], old[ZETA]), lumen_volume(new[RHO], new[ZETA])
-
-
-NUMBERS = 15
-"""How many numbers `numbers_of_step` gives."""
+    return WallWork(
+        passive=out[PASSIVE],
+        active=out[ACTIVE],
+        viscous=out[VISCOUS],
+        floor=out[FLOOR],
+        volume_before=lumen_volume(old[RHO], old[ZETA]),
+        volume_after=lumen_volume(new[RHO], new[ZETA]),
+    )
 
 
 @compiled
@@ -238,21 +288,16 @@ def numbers_of_step(
     centre: float,
     pellet_radius: float,
     wall_numbers: np.ndarray,
-    out: np.ndarray,
-) -> None:
-    """Into `out` (NUMBERS,): what `wall_work` gives, (4) and (2), `reactions` (3) and `touch` (6) of the new state.
+) -> StepNumbers:
+    """What `wall_work` gives of two states, `reactions` and `touch` of the new one.
 
     In one pass: the states are taken apart once and no tension is computed twice.
     """
     wall = unpack_wall(wall_numbers)
     before, after = take_apart(old, wall), take_apart(new, wall)
     totals = np.empty((4, old.position.shape[0] - 1))
-    volumes = _wall_work(before, after, old.velocity, new.velocity, wall, totals, out[:4])
-    ends = _reactions(after, totals, new.velocity, pressure, wall)
-    contact = _touch(after, new.contact, centre, pellet_radius, wall)
-    for k in range(2):
-        out[4 + k] = volumes[k]
-    for k in range(3):
-        out[6 + k] = ends[k]
-    for k in range(6):
-        out[9 + k] = contact[k]
+    return StepNumbers(
+        work=_wall_work(before, after, old.velocity, new.velocity, wall, totals),
+        ends=_reactions(after, totals, new.velocity, pressure, wall),
+        contact=_touch(after, new.contact, centre, pellet_radius, wall),
+    )

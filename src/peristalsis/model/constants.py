@@ -5,6 +5,7 @@ A compiled call takes an array in a tenth of the time that it takes a tuple of t
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -20,7 +21,8 @@ from ..wall.passive import PassiveConstants
 class PelletConstants(NamedTuple):
     """Pellet and friction: cm, mN, s. `frame` w is 0 for friction at rest, 1 against the moving wall, Eq. (27).
 
-    tangential: the reaction on the wall lies in its tangent plane, as that of Eq. (51) does; else it is axial.
+    tangential: a part of the reaction on the wall lies in its tangent plane, that of Eq. (51); else all of it is axial.
+    lowest, highest: between which the centre stays [cm], Eq. (60); infinite where the segment's end is open.
     """
 
     present: bool
@@ -30,6 +32,8 @@ class PelletConstants(NamedTuple):
     frame: float
     volume: float
     tangential: bool = False
+    lowest: float = -math.inf
+    highest: float = math.inf
 
 
 PELLET_DRY = 3
@@ -81,7 +85,7 @@ def unpack_wall(p: np.ndarray) -> WallConstants:
 @compiled
 def unpack_pellet(p: np.ndarray) -> PelletConstants:
     """The pellet's constants from what `packed` made of them."""
-    return PelletConstants(p[0] != 0.0, p[1], p[2], p[3], p[4], p[5], p[6] != 0.0)
+    return PelletConstants(p[0] != 0.0, p[1], p[2], p[3], p[4], p[5], p[6] != 0.0, p[7], p[8])
 
 
 @compiled

@@ -2,29 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from ..geometry.surface import equivalent_radius
-from .bookkeeping import touch
+from .bookkeeping import ContactSummary, touch
 from .constants import packed
 from .model import Model
 from .state import State
 from .surface_fields import surface_contact
-
-
-class ContactSummary(NamedTuple):
-    """Normal force [mN], largest contact pressure [mN/cm^2], contact edges and least radius and gap [cm].
-
-    Edges are nan without contact, the gap is infinite without a pellet. On the whole surface the radius of a ring is
-    that of the circle with its area.
-    """
-
-    normal_force: float
-    largest_pressure: float
-    start: float
-    end: float
-    least_radius: float
-    smallest_gap: float
 
 
 def contact_summary(model: Model, state: State) -> ContactSummary:
@@ -34,8 +17,13 @@ def contact_summary(model: Model, state: State) -> ContactSummary:
         found = surface_contact(wall, state.pellet, model.pellet.radius if model.pellet.present else None, model.wall)
         least = float(equivalent_radius(wall.position).min())
         return ContactSummary(
-            found.normal_force, found.largest_pressure, found.start, found.end, least, found.smallest_gap
+            normal_force=found.normal_force,
+            largest_pressure=found.largest_pressure,
+            start=found.start,
+            end=found.end,
+            least_radius=least,
+            smallest_gap=found.smallest_gap,
         )
     radius = model.pellet.radius if model.pellet.present else 0.0
-    numbers = touch(wall.arrays, state.pellet.position, radius, packed(model.wall))
-    return ContactSummary(*numbers)
+    found_in_column: ContactSummary = touch(wall.arrays, state.pellet.position, radius, packed(model.wall))
+    return found_in_column

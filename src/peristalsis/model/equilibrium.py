@@ -25,7 +25,7 @@ from ..numerics.compiled import INDEX, compiled
 from ..numerics.reductions import dot, squares_and_largest
 from ..numerics.small import solve_small_in_place
 from ..pellet.contact import AUGMENTATION
-from ..pellet.friction import sliding_velocity
+from ..pellet.friction import held_by_ends, sliding_velocity
 from ..pellet.sphere import gap_and_normal
 from ..wall.assembly import (
     FORCE_R,
@@ -44,6 +44,7 @@ from ..wall.assembly import (
 )
 from ..wall.membrane import WallConstants
 from .constants import LumenConstants, PelletConstants, Step, packed, unpack_lumen, unpack_pellet, unpack_wall
+from .rounding import at_rounding
 
 __all__ = ["LumenConstants", "PelletConstants", "Step", "solve_equilibrium", "solve_packed", "workspace"]
 
@@ -54,6 +55,10 @@ TENSION_SCALE = 10.0
 GAP_SCALE = 1.0e5
 """Weight of an open gap in the merit of the line search [mN/cm^3]: heavy, or a nearly slack wall refuses contact."""
 ROUNDOFF = 16.0 * 2.0**-52
+SCALAR_ROUNDING = 1e-13
+"""Share of pressure and axial force that the rounding of the sums they follow from may take."""
+LARGEST_ROUNDING = 1e-3
+"""Rounding of the forces above this residual is no state of rest: of tensions beyond 1e9 mN/cm or so."""
 SHORTER = 0.25
 SMALLEST_STEP = 1.0 / 16.0
 """Lengths of the line search: 1, 1/4, 1/16. Where a kink spoils the whole update, one half as long does no better."""
@@ -63,13 +68,17 @@ KINK_ALLOWANCE = 2.0
 FIRST_ALLOWANCE = 2.0
 """The first updates may raise the merit: they leave the kinks of the extrapolated guess."""
 
-CONVERGED, NOT_CONVERGED, SINGULAR, OUT_OF_RANGE = range(4)
+CONVERGED, NOT_CONVERGED, SINGULAR, OUT_OF_RANGE, ROUNDED = range(5)
+"""ROUNDED: the iteration stands still at forces that are no more than rounding, Eq. (58), above the tolerance."""
 REASONS = (
     "converged",
     "Newton iteration limit reached",
     "singular tangent (static instability of the wall)",
     "stretch out of range",
+    "converged to the rounding of the forces",
 )
+STALLED = 3
+"""Iterations without a residual half as large as the smallest before, after which rounding is asked for."""
 
 
 LOCAL_SHARE = 0.01
@@ -83,9 +92,10 @@ LOCAL_GOAL = 0.003
 """The stretch is left when its residual fell to this share."""
 LOCAL_WORTH = 0.1
 """Largest residual below which the iteration over all unknowns needs no help."""
-KNOWN = KNOWN_ROWS + 3
-VELOCITY_R, VELOCITY_Z, WEIGHT = range(KNOWN_ROWS, KNOWN)
-"""Rows of `known` beyond those of the wall: histories of the velocities [cm/s] (inertia), shares of the friction."""
+KNOWN = KNOWN_ROWS + 4
+VELOCITY_R, VELOCITY_Z, WEIGHT, TANGENT = range(KNOWN_ROWS, KNOWN)
+"""Rows of `known` beyond those of the wall: histories of the velocities [cm/s] (inertia), shares of the friction, and
+what of these lies along the meridian."""
 GAP, NORMAL_R, NORMAL_Z, TOUCHES = range(WALL_ROWS, WALL_ROWS + 4)
 CHANGE_R, CHANGE_Z, CHANGE_Q, KEPT_R, KEPT_Z, KEPT_Q = range(WALL_ROWS + 4, WALL_ROWS + 10)
 LOCAL_R, LOCAL_Z, LOCAL_Q = range(WALL_ROWS + 10, WALL_ROWS + 13)
@@ -144,7 +154,7 @@ def _forces(
             work[TOUCHES, i] = 0.0
             work[FORCE_Z, i] -= reaction * known[WEIGHT, i]
             if pellet.tangential:
-                work[FORCE_R, i] += reaction * known[WEIGHT, i] * axial / rho[i]
+                work[FORCE_R, i] += reaction * known[TANGENT, i] * axial / rho[i]
             if density[i] == 0.0 and abs(axial) > pellet.radius:
                 continue
             gap, normal_r, normal_z, _ = gap_and_normal(rho[i], axial, pellet.radius)
@@ -232,7 +242,7 @@ def _linearise(
             system[RIGHT + 7, i] = -pellet.frame * known[WEIGHT, i] / circumference
     if pellet.tangential:
         for i in range(first, high):
-            pull = pellet.frame * known[WEIGHT, i] / (circumference * rho[i])
+            pull = pellet.frame * known[TANGENT, i] / (circumference * rho[i])
             axial = zeta[i] - scalars[1]
             system[DIAGONAL, i] -= pull * scalars[2] * axial / rho[i]
             system[DIAGONAL + 1, i] += pull * scalars[2]
@@ -409,7 +419,8 @@ def solve_packed(
 ) -> tuple[int, int, int]:
     """`solve_equilibrium` on tables and packed constants; `known` has KNOWN rows and a column for every node.
 
-    settings_numbers: slope, inertia, pellet_history, pellet_weight of `Step`, tolerance, gap_tolerance, max_iterations.
+    settings_numbers: slope, inertia, pellet_history, pellet_weight of `Step`, tolerance, gap_tolerance, max_iterations;
+    where the code is ROUNDED, the tolerance is overwritten by the residual that was reached.
     work, system: `workspace(n)`; what stands in them beforehand does not matter.
     """
     wall, pellet, lumen = unpack_wall(wall_numbers), unpack_pellet(pellet_numbers), unpack_lumen(lumen_numbers)
@@ -442,6 +453,8 @@ def solve_packed(
     settled = False  # the state is not to be judged by the line search
     evaluated = False  # forces belong to the state
     fresh = True  # the stretch of large residuals has not been looked at since the last update
+    smallest = math.inf  # residual so far
+    stalled = 0
     while True:
         if not evaluated:
             evaluations += 1
@@ -471,6 +484,9 @@ def solve_packed(
                 r_centre = (
                     scalars[1] - step.pellet_history - step.pellet_weight * (pellet.frame * wall_velocity + speed)
                 )
+                if held_by_ends(scalars[1] - r_centre, pellet.lowest, pellet.highest):
+                    r_centre = scalars[1] - min(max(scalars[1] - r_centre, pellet.lowest), pellet.highest)
+                    speed_slope = 0.0
             for error in (
                 abs(r_pressure) * wall.radius / TENSION_SCALE,
                 abs(r_force) / (circumference * TENSION_SCALE),
@@ -518,6 +534,24 @@ def solve_packed(
             if taken > 0:
                 settled = True
                 continue
+        stalled = 0 if worst < 0.5 * smallest else stalled + 1
+        smallest = min(smallest, worst)
+        if stalled >= STALLED and worst < LARGEST_ROUNDING:
+            apart = abs(r_pressure) > max(tolerance * TENSION_SCALE / wall.radius, SCALAR_ROUNDING * abs(law))
+            force_unit = circumference * TENSION_SCALE
+            apart = apart or abs(r_force) > max(tolerance * force_unit, SCALAR_ROUNDING * abs(scalars[2]))
+            centre_rounding = ROUNDOFF * max(abs(scalars[1]), zeta[n - 1])
+            apart = apart or abs(r_centre) > max(tolerance * TENSION_SCALE / GAP_SCALE, centre_rounding)
+            for i in range(first, n - 1):
+                if work[TOUCHES, i] != 0.0:
+                    apart = apart or abs(work[GAP, i]) > max(settings.gap_tolerance, centre_rounding)
+                else:
+                    apart = apart or abs(density[i]) * wall.radius > tolerance * TENSION_SCALE
+            if not apart and at_rounding(
+                rho, zeta, density, scalars[0], step.slope, wall, tolerance * unit, work
+            ):  # fmt: skip
+                s[4] = worst
+                return ROUNDED, iteration, evaluations
         merits[iteration % MEMORY] = merit
         if iteration == 0:
             merits[:] = FIRST_ALLOWANCE * merit
@@ -624,6 +658,7 @@ def solve_equilibrium(
     known[HISTORY_STRETCH, :-1] = stretch_history
     known[HISTORY_HOOP] = hoop_history
     known[WEIGHT] = friction_weight
+    known[TANGENT] = friction_weight  # looked at where the reaction is tangential, and then all of it is
     set_drives(drive_longitudinal, drive_circular, known)
     settings = np.array([*step, tolerance, gap_tolerance, max_iterations], dtype=np.float64)
     # The copy can be written to, as the pellet's numbers in `wall_step.step_wall`: one compiled variant does for both.

@@ -14,7 +14,7 @@ import numpy as np
 from ..geometry.tube import lumen_volume
 from ..numerics.compiled import compiled
 from ..numerics.transfer import Overlap, average
-from ..pellet.friction import FrictionLaw, dry_friction, sliding_velocity
+from ..pellet.friction import FrictionLaw, dry_friction, held_by_ends, pressed_part, sliding_velocity
 from ..pellet.penalty import penalty_contact
 from ..tissue.cells import plant as cell
 from ..tissue.cells.plant import CellConstants
@@ -122,7 +122,8 @@ def load(
         circumference = 2.0 * math.pi * wall.radius
         axial = 0.0
         pressing = 0.0
-        shares = 0.0
+        pushing = 0.0
+        velocity_pressed = 0.0
         wall_velocity = 0.0
         for i in range(1, n - 1):
             q = shell.density[i]
@@ -133,22 +134,28 @@ def load(
                 force[1, i] += h * q * nz
                 axial -= circumference * h * q * nz
                 pressing += circumference * h * q * nr
-                share = q * nr if laws.friction.coefficient > 0.0 else q
-                shares += share
-                wall_velocity += share * seen[1, i]
-        if shares > 0.0:
-            wall_velocity /= shares
+                pushing += q
+                wall_velocity += q * seen[1, i]
+                velocity_pressed += q * nr * seen[1, i]
+        if pushing > 0.0:
+            wall_velocity /= pushing
         dry = dry_friction(pellet.dry, laws.friction, pressing, shell.pellet[4] == 0.0)
+        part = 0.0  # of the friction, in proportion to pressing
+        if laws.friction.coefficient > 0.0 and pressing > 0.0:
+            part = pressed_part(pellet.dry, laws.friction, pressing, axial, dry)
+            velocity_pressed *= circumference * h / pressing
+            wall_velocity = (1.0 - part) * wall_velocity + part * velocity_pressed
         sliding = sliding_velocity(axial, pellet.viscous, dry)[0]
-        if pellet.frame != 0.0 and shares > 0.0:
+        if pellet.frame != 0.0 and pushing > 0.0:
             for i in range(1, n - 1):
                 q = shell.density[i]
                 if q > 0.0:
-                    share = q * normal[0, i] if laws.friction.coefficient > 0.0 else q
-                    reaction = pellet.frame * share / shares * axial / circumference
+                    reaction = pellet.frame * q / pushing * axial / circumference
+                    if part > 0.0:
+                        pressed = pellet.frame * part * h * q * axial / pressing
+                        force[0, i] -= pressed * normal[1, i]
+                        reaction = (1.0 - part) * reaction + pressed * normal[0, i]
                     force[1, i] += reaction
-                    if pellet.tangential:
-                        force[0, i] -= reaction * normal[1, i] / normal[0, i]
         shell.pellet[1] = pellet.frame * wall_velocity + sliding
         shell.pellet[2] = axial
         shell.pellet[3] = dry
@@ -288,6 +295,10 @@ def march(
             if code != DONE:
                 return code, 0, made
             pellet[0] += 0.5 * dt * (velocity + pellet[1])
+            if held_by_ends(pellet[0], laws.pellet.lowest, laws.pellet.highest):
+                pellet[0] = min(max(pellet[0], laws.pellet.lowest), laws.pellet.highest)
+                pellet[1] = 0.0
+                pellet[4] = 0.0
             made += 1
         if substep < plan.substeps - 1:
             cell.relax_gates(

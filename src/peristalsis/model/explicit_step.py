@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import DivergenceError
-from ..pellet.friction import sliding_velocity
 from ..tissue.explicit_sheet import Excitable
 from .explicit_kernel import CIRCULAR, DONE, LONGITUDINAL, STRETCH, Kinetics, Laws, Plan, Shell, Ways, march
 from .explicit_limits import Limits, conduction_limit, limits
-from .friction import dry_friction_now
+from .friction import dry_friction_now, sliding_speed
 from .model import ACTIVATION_LEVEL, Layer, Model
 from .state import PelletState, SheetState, State, WallState
 
@@ -133,7 +132,7 @@ def _excitable(model: Model, layer: Layer, state: State, sheet: SheetState, stim
 def _shell(model: Model, state: State) -> Shell:
     wall, pellet = state.wall, state.pellet
     dry = dry_friction_now(model, pellet)
-    sliding = sliding_velocity(pellet.axial_force, model.pellet.viscous, dry)[0] if model.pellet.present else 0.0
+    sliding = sliding_speed(model, pellet) if model.pellet.present else 0.0
 
     def plane(field: Floats) -> Floats:
         return np.ascontiguousarray(field[:, 0, [0, 2]].T)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL, WallConstants, element_stretch, wall_tension
-from .bookkeeping import reactions
+from .bookkeeping import EndReactions, reactions
 from .constants import packed
 from .state import WallState
 from .surface_fields import (
@@ -94,7 +94,7 @@ def nodal_stretches(wall: WallState, constants: WallConstants) -> tuple[Floats, 
     return nodal(stretch_of_elements(wall.position, constants.element_size)), wall.position[:, :, 0] / constants.radius
 
 
-def end_reactions(wall: WallState, constants: WallConstants, pressure: float) -> tuple[float, float, float]:
+def end_reactions(wall: WallState, constants: WallConstants, pressure: float) -> EndReactions:
     """Axial force through wall and lumen at the oral and the anal end [mN], tension positive, and the slack share.
 
     The slack share is that of the corners where the longitudinal or the circumferential tension is not positive.
@@ -105,6 +105,7 @@ def end_reactions(wall: WallState, constants: WallConstants, pressure: float) ->
     if wall.position.shape[1] > 1:
         corners = corner_tensions(wall, constants)
         slack = np.minimum(corners[..., TOTAL_LONGITUDINAL], corners[..., TOTAL_CIRCULAR]) <= constants.slack_blend
-        return (*surface_end_reactions(wall, constants, pressure), float(slack.mean()))
-    oral, anal, share = reactions(wall.arrays, pressure, packed(constants))
-    return oral, anal, share
+        oral, anal = surface_end_reactions(wall, constants, pressure)
+        return EndReactions(oral=oral, anal=anal, slack=float(slack.mean()))
+    found: EndReactions = reactions(wall.arrays, pressure, packed(constants))
+    return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..pellet.friction import CONSTANT, friction_of_step, sliding_velocity
+from ..pellet.friction import CONSTANT, friction_of_step, pressed_on_end, sliding_velocity
 from .model import Model
 from .state import PelletState, WallState
 
@@ -17,21 +17,32 @@ def friction_ahead(model: Model, wall: WallState, pellet: PelletState) -> tuple[
 
     The shares, (n_z_wall + 1, n_theta), sum to one, or vanish without contact.
     """
-    weight = np.empty_like(wall.contact)
+    dry, weight, _ = _friction_ahead(model, wall, pellet)
+    return dry, weight
+
+
+def tangential_friction_ahead(model: Model, wall: WallState, pellet: PelletState) -> Floats:
+    """What of the shares of `friction_ahead` lies along the meridian, Eq. (51); the rest is axial."""
+    return _friction_ahead(model, wall, pellet)[2]
+
+
+def _friction_ahead(model: Model, wall: WallState, pellet: PelletState) -> tuple[float, Floats, Floats]:
+    weight, tangent = np.empty_like(wall.contact), np.empty_like(wall.contact)
     area = 2.0 * np.pi * model.wall.radius * model.wall.element_size / model.grid.n_theta
     dry = friction_of_step(
         wall.contact,
         wall.position,
         pellet.position,
-        pellet.axial_force,
+        0.0 if rests_on_end(model, pellet) else pellet.axial_force,
         model.pellet.viscous,
         dry_friction_now(model, pellet),
         model.pellet.dry,
         model.friction,
         area,
         weight,
+        tangent,
     )
-    return dry, weight
+    return dry, weight, tangent
 
 
 def dry_friction_now(model: Model, pellet: PelletState) -> float:
@@ -40,5 +51,23 @@ def dry_friction_now(model: Model, pellet: PelletState) -> float:
 
 
 def sliding_speed(model: Model, pellet: PelletState) -> float:
-    """Velocity of the pellet against the friction frame [cm/s]: exactly zero while it sticks."""
+    """Velocity of the pellet against the friction frame [cm/s]: exactly zero while it sticks, or rests on an end."""
+    if rests_on_end(model, pellet):
+        return 0.0
     return sliding_velocity(pellet.axial_force, model.pellet.viscous, dry_friction_now(model, pellet))[0]
+
+
+def rests_on_end(model: Model, pellet: PelletState) -> bool:
+    """Whether the wall presses the pellet onto a closed end of the segment, Eq. (60)."""
+    bounds = model.pellet
+    if bounds.lowest < pellet.position < bounds.highest:
+        return False
+    return bool(pressed_on_end(pellet.position, pellet.velocity, pellet.axial_force, bounds.lowest, bounds.highest))
+
+
+def end_reaction(model: Model, pellet: PelletState) -> float:
+    """Axial force of a closed end on the pellet [mN], positive towards the anal end: what friction leaves, Eq. (60)."""
+    if not rests_on_end(model, pellet):
+        return 0.0
+    drive = sliding_velocity(pellet.axial_force, model.pellet.viscous, dry_friction_now(model, pellet))[0]
+    return -model.pellet.viscous * drive if drive != 0.0 else 0.0

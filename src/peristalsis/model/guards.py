@@ -12,6 +12,7 @@ from ..errors import DivergenceError
 from ..numerics.compiled import compiled
 from ..tissue.cells.plant import GATES, TABLE_HIGH, TABLE_LOW
 from ..wall.membrane import LARGEST_STRETCH, SMALLEST_STRETCH
+from .equilibrium import TENSION_SCALE
 from .fields import stretch_of_elements
 from .model import Model
 from .state import SheetState, State, WallState
@@ -25,6 +26,8 @@ HALVINGS = 3
 
 LARGEST_CALCIUM = 1e3
 ROUNDOFF = 1e-9
+PRESSURE_ROUNDOFF = 1e-12
+"""Share of the pressure's scale by which rounding may take it below zero."""
 
 
 def advance_safely(model: Model, state: State, halvings: int = HALVINGS) -> tuple[State, StepReport]:
@@ -75,7 +78,9 @@ def violation(model: Model, state: State) -> str | None:
     for name, value in scalars.items():
         if not math.isfinite(value):
             return f"{name} is {value}"
-    return None if state.pressure >= 0.0 else f"lumen pressure is {state.pressure:.3g} mN/cm^2"
+    # An empty lumen's pressure is zero but for rounding.
+    least = -PRESSURE_ROUNDOFF * max(model.lumen.pressure, TENSION_SCALE / model.wall.radius)
+    return None if state.pressure >= least else f"lumen pressure is {state.pressure:.3g} mN/cm^2"
 
 
 def _sound(state: State) -> bool:

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..control.pacemaker import PulseTrain
-from ..control.pulses import RING
+from ..control.pacemaker import Source
+from ..control.pulses import NO_PULSES, RING, Listed
 from ..control.reflex import Reflex
 from ..control.sequence import Trigger
 from ..errors import DivergenceError
@@ -123,7 +123,7 @@ class Model:
 
     start_position: pellet centre before t = 0 [cm]. free_radius: of the pellet-free tube at p0 [cm], at the nodes.
     surface, sideways_friction [mN s/cm]: of a wall on the whole surface; None keeps the pellet on the axis.
-    explicit: None for the implicit wall.
+    explicit: None for the implicit wall. stimuli_longitudinal, stimuli_circular: those at listed times.
     """
 
     grid: Grid
@@ -133,8 +133,7 @@ class Model:
     wall: WallConstants
     pellet: PelletConstants
     lumen: LumenConstants
-    longitudinal_trains: tuple[PulseTrain, ...]
-    circular_trains: tuple[PulseTrain, ...]
+    sources: tuple[Source, ...]
     pacemaker_cell: PacemakerCell | None
     trigger: Trigger
     reflex: Reflex
@@ -153,6 +152,8 @@ class Model:
     sideways_friction: float | None
     friction: FrictionLaw = CONSTANT
     explicit: ExplicitScheme | None = None
+    stimuli_longitudinal: Listed = NO_PULSES
+    stimuli_circular: Listed = NO_PULSES
 
     @property
     def dt_cell(self) -> float:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ..control.pacemaker import SourceState
 from ..control.reflex import ReflexState
 from ..control.sequence import TriggerState
 from .arrays import WallArrays
@@ -93,3 +94,4 @@ class State:
     pressure: float
     trigger: TriggerState
     reflex: ReflexState
+    sources: tuple[SourceState, ...]

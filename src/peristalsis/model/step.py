@@ -8,14 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..control.pacemaker import follow
 from ..control.pulses import add_pulses, covered, covered_around
 from ..control.reflex import ReflexState, forget, observe_stretch, refractory
-from ..control.sequence import LOCAL_RULES, TriggerState, add_trigger_current, observe_activation, observe_tension
+from ..control.sequence import TriggerState, add_trigger_current, observe_activation, observe_tension
 from ..errors import DivergenceError
 from ..numerics.rates import rate_formula
 from ..numerics.transfer import average
 from ..tissue.bidomain import EllipticError, surface_operator
-from ..tissue.cells.plant import CellConstants
+from ..tissue.cells.plant import FAST, TABLE_HIGH, TABLE_LOW, CellConstants
 from ..tissue.sheet import advance_sheet
 from ..tissue.surface import SurfaceOperator, SurfaceSizes
 from ..tissue.surface_sheet import advance_surface_sheet
@@ -61,6 +62,7 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
     """The state one wall step later, and what it took. Raises DivergenceError naming field, place and time."""
     start = state.step * model.dt_wall
     stop = (state.step + 1) * model.dt_wall
+    state = replace(state, sources=follow(model.sources, state.sources, start, stop))
     stimuli = _stimuli(model, state, start, stop)
     if model.explicit is not None:
         pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)
@@ -85,6 +87,7 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
         solved.pressure,
         trigger,
         reflex,
+        state.sources,
     )
     return after, StepReport(solved.iterations, solved.assemblies, solved.solves, solved.krylov)
 
@@ -92,6 +95,7 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
 def advance_tissue(model: Model, state: State) -> None:
     """Take both layers through a step, for the kernels that it compiles; the outcome is dropped."""
     start, stop = state.step * model.dt_wall, (state.step + 1) * model.dt_wall
+    state = replace(state, sources=follow(model.sources, state.sources, start, stop))
     _advance_tissue(model, state, _stimuli(model, state, start, stop), start)
 
 
@@ -169,17 +173,22 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
     grid = model.grid
     shape = (grid.n_z, grid.n_theta_conduction)
     stimuli = _Stimuli(*(_Stimulus(np.zeros(size), np.zeros(size)) for size in (shape, shape, (1, 1))))
-    for trains, layer, stimulus in (
-        (model.longitudinal_trains, model.longitudinal, stimuli.longitudinal),
-        (model.circular_trains, model.circular, stimuli.circular),
+    along, around = model.longitudinal.response, model.circular.response
+    for source in state.sources:
+        for pulses, response, stimulus in (
+            (source.longitudinal, along, stimuli.longitudinal),
+            (source.circular, around, stimuli.circular),
+        ):
+            add_pulses(pulses, grid.cells, grid.cell_size, start, stop, stimulus.current, response.pacemaker)
+    for listed, response, stimulus in (
+        (model.stimuli_longitudinal, along, stimuli.longitudinal),
+        (model.stimuli_circular, around, stimuli.circular),
     ):
-        for train in trains:
-            pulses = train.between(start, stop)
-            add_pulses(pulses, grid.cells, grid.cell_size, start, stop, stimulus.current, layer.response.pacemaker)
+        now = listed.between(start, stop)
+        add_pulses(now, grid.cells, grid.cell_size, start, stop, stimulus.current, response.pacemaker)
     current, response = stimuli.circular.current, model.circular.response
     add_pulses(state.reflex.excitation, grid.cells, grid.cell_size, start, stop, current, response.excitation)
-    if model.trigger.rule in LOCAL_RULES:
-        add_trigger_current(model.trigger, state.trigger, start, stop, current, response.trigger)
+    add_trigger_current(state.trigger, start, stop, current, response.trigger)
     if state.reflex.inhibition:
         inhibition = np.zeros(shape)
         add_pulses(state.reflex.inhibition, grid.cells, grid.cell_size, start, stop, inhibition, response.inhibition)
@@ -188,9 +197,9 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
         # Each side sees the other's potential of the step before and its own of now: stable at any coupling.
         cell = model.pacemaker_cell
         edge = 0.5 * grid.cell_size
-        along = covered(grid.cells - edge, grid.cells + edge, cell.place, cell.place + cell.width)
-        around = covered_around(grid.n_theta_conduction, cell.angle, cell.sector)
-        where = along[:, None] * around * model.longitudinal.response.pacemaker
+        places = covered(grid.cells - edge, grid.cells + edge, cell.place, cell.place + cell.width)
+        columns = covered_around(grid.n_theta_conduction, cell.angle, cell.sector)
+        where = places[:, None] * columns * model.longitudinal.response.pacemaker
         reached = float(where.sum())
         if reached > 0.0:  # a region may cut the cell off from all of the tissue
             stimuli.longitudinal.open(cell.coupling * where, float(state.pacemaker.potential[0, 0]))
@@ -226,12 +235,15 @@ def _advance_layer(
 def _surface_operator(model: Model, layer: Layer, stretch: Stretches) -> SurfaceOperator:
     """Conduction of a layer on the wall of the middle of the step; what varies from place to place divides stretch."""
     grid = model.grid
+    with np.errstate(divide="ignore"):  # where a region blocks conduction the resistance is infinite
+        along = grid.elements_at_faces(stretch.axial) / layer.conductivity
+        around = grid.nodes_at_ring_faces(stretch.hoop) / layer.conductivity_around
     return surface_operator(
         layer.diffusivity,
         layer.conductivities,
         SurfaceSizes(grid.cell_size, grid.column_width(model.wall.radius)),
-        grid.elements_at_faces(stretch.axial) / layer.conductivity,
-        grid.nodes_at_ring_faces(stretch.hoop) / layer.conductivity_around,
+        along,
+        around,
     )
 
 
@@ -306,11 +318,40 @@ def _advance_sheet(
             raise DivergenceError(f"{field} at t = {start:.6g} s: {error}") from None
     if bad >= 0:
         place = f"z = {model.grid.cells[bad // shape[1]]:.3g} cm" if shape[0] > 1 else "the oral end"
-        raise DivergenceError(
-            f"{field} left -200...150 mV at {place}, t = {start:.6g} s: the conduction step of "
-            f"{model.dt_cell:g} ms or a stimulus is too large; lower step.conduction or the intensity"
-        )
+        cause = _why_out_of_range(model, tissue, stimulus, field)
+        raise DivergenceError(f"{field} left {TABLE_LOW:g}...{TABLE_HIGH:g} mV at {place}, t = {start:.6g} s: {cause}")
     return SheetState(potential.reshape(shape), gates.reshape(4, *shape), first.reshape(shape), last.reshape(shape))
+
+
+def _why_out_of_range(model: Model, tissue: _Tissue, stimulus: _Stimulus, field: str) -> str:
+    """What takes a potential out of the tables: a stimulus, a reversal potential beyond them, or the step."""
+    current = stimulus.current.ravel()
+    strongest = int(np.argmax(np.abs(current)))
+    if current[strongest] != 0.0:
+        # Where a cell would end up with every channel open but the fast one, which inactivates: channels that are
+        # closed hold it back even less. Currents run at the tissue's rate (20), stimuli do not.
+        c, g = tissue.constants, tissue.constants.kinetics_rate * tissue.conductances[:, strongest]
+        g[FAST] = 0.0
+        reversals = (c.calcium_reversal, c.calcium_reversal, c.potassium_reversal, c.potassium_reversal)
+        pull = float(g @ np.array([*reversals, c.chloride_reversal]))
+        total = float(g.sum() + stimulus.conductance.ravel()[strongest])
+        rate = (float(current[strongest]) + pull) / c.capacitance  # mV in a ms, from 0 mV
+        target = (float(current[strongest]) + pull) / total if total > 0.0 else np.inf
+        if not TABLE_LOW < target < TABLE_HIGH or abs(rate) * model.dt_wall * 1e3 > TABLE_HIGH - TABLE_LOW:
+            layer = field.partition(" ")[0]
+            names = {
+                "longitudinal": "pacemaker.intensity, or the strength of listed stimuli",
+                "circular": "trigger.intensity, reflex.excitation_intensity or rings.intensity",
+            }
+            return (
+                f"a stimulus of {current[strongest]:.4g} uA/cm^2 drives the cells there, beyond what their channels "
+                f"carry off; lower {names.get(layer, 'pacemaker.cell_coupling')}"
+            )
+    for name in ("calcium_reversal", "potassium_reversal", "chloride_reversal"):
+        value = getattr(tissue.constants, name)
+        if not TABLE_LOW < value < TABLE_HIGH:
+            return f"cell.{name} = {value:g} mV pulls it there; bring it into that range"
+    return f"the conduction step of {model.dt_cell:g} ms is too large; lower step.conduction"
 
 
 @dataclass(frozen=True)
@@ -343,7 +384,7 @@ def _solve_wall(
         raise DivergenceError(
             f"wall position: no equilibrium at t = {time:.6g} s even with a step of {dt:.2g} s ({REASONS[code]}); the "
             f"wall is narrowest at z = {model.grid.nodes[where]:.3g} cm, radius {wall.position[where, 0, 0]:.3g} cm. "
-            "Lower step.wall, or raise wall.bending_stiffness or grid.n_z_wall"
+            f"{_remedy(model)}"
         )
     middle = 0.5 * (wall.drive + drive)
     half = _solve_wall(model, wall, pellet, pressure, middle, 0.5 * dt, halvings - 1, time - 0.5 * dt)
@@ -355,6 +396,14 @@ def _solve_wall(
         solves=half.solves + full.solves,
         krylov=half.krylov + full.krylov,
     )
+
+
+def _remedy(model: Model) -> str:
+    """What may help a wall that finds no equilibrium."""
+    usual = "Lower step.wall, or raise wall.bending_stiffness or grid.n_z_wall"
+    if model.wall.slack_blend > 0.0:
+        return usual
+    return f"Raise wall.slack_blend: at 0 slack wall carries compression, Eq. (14), and is ill-posed. {usual}"
 
 
 def _try_wall(

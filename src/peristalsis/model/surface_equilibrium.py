@@ -20,7 +20,7 @@ from ..numerics.column_solver import ColumnSolver
 from ..numerics.krylov import flexible_gmres
 from ..numerics.ring_blocks import RingOperator, multiply, multiply_transposed, pad
 from ..numerics.ring_solver import Constraint, RingSolver, add_normal, project
-from ..pellet.friction import sliding_velocity
+from ..pellet.friction import held_by_ends, sliding_velocity
 from ..pellet.surface_contact import force_on_pellet, measure_contact
 from ..wall.membrane import WallConstants
 from ..wall.surface import Edges, add_edge_forces, add_edge_tangent, load_edges, measure_edges, new_edges
@@ -202,6 +202,10 @@ class _Trial:
         speed, self.speed_slope = sliding_velocity(float(s[F]), p.pellet.viscous, p.pellet.dry)
         self.scalar_residual[F] = s[F] - fz
         self.scalar_residual[Z] = s[Z] - p.step.pellet_history - p.step.pellet_weight * (frame * wall_velocity + speed)
+        place = float(s[Z] - self.scalar_residual[Z])
+        if held_by_ends(place, p.pellet.lowest, p.pellet.highest):
+            self.scalar_residual[Z] = s[Z] - min(max(place, p.pellet.lowest), p.pellet.highest)
+            self.speed_slope = 0.0
         if p.sideways is not None:
             give = p.sideways.weight / p.sideways.friction
             self.scalar_residual[X] = s[X] - p.sideways.x_history - give * fx

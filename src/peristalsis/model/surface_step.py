@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from ..geometry.surface import from_frames, rates_from_frames, rates_to_frames, to_frames
 from ..numerics.rates import RateFormula, rate_formula
 from ..numerics.ring_blocks import pad
-from ..pellet.friction import sliding_velocity
+from ..pellet.friction import held_by_ends, sliding_velocity
 from ..pellet.surface_contact import force_on_pellet, measure_contact
 from ..wall.surface import measure_edges, new_edges
 from ..wall.surface_regularisers import SurfaceConstants, patch_shear
-from .equilibrium import CONVERGED, OUT_OF_RANGE, Step, solve_equilibrium
+from .equilibrium import CONVERGED, OUT_OF_RANGE, ROUNDED, Step, solve_equilibrium
 from .friction import friction_ahead
 from .model import Model
 from .state import PelletState, WallState
@@ -166,7 +166,7 @@ def _better_guess(
         model.gap_tolerance,
         model.max_newton,
     )
-    if code != CONVERGED:
+    if code not in (CONVERGED, ROUNDED):
         return guess, density, scalars
     moved = guess.copy()
     moved[:, 0] += (rho - start[0])[:, None]
@@ -235,8 +235,11 @@ def _move_pellet(
     sliding, _ = sliding_velocity(force, model.pellet.viscous, problem.pellet.dry)
     drift = model.pellet.frame * float((problem.friction_weight * velocity[:, 2]).sum())
     velocity_now = sliding + drift
+    place = problem.step.pellet_history + problem.step.pellet_weight * velocity_now
+    if held_by_ends(place, model.pellet.lowest, model.pellet.highest):
+        place, velocity_now = min(max(place, model.pellet.lowest), model.pellet.highest), 0.0
     return PelletState(
-        problem.step.pellet_history + problem.step.pellet_weight * velocity_now,
+        place,
         velocity_now,
         force,
         problem.pellet.dry,

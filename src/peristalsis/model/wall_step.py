@@ -8,12 +8,12 @@ import numpy as np
 
 from ..numerics.compiled import compiled
 from ..pellet.contact import axial_force
-from ..pellet.friction import FrictionLaw, friction_of_step, sliding_velocity
+from ..pellet.friction import FrictionLaw, friction_of_step, held_by_ends, pressed_on_end, sliding_velocity
 from ..wall.assembly import HISTORY_HOOP, HISTORY_R, HISTORY_STRETCH, HISTORY_Z, set_drives
 from ..wall.membrane import element_stretch
 from .arrays import NewWall, WallArrays
 from .constants import PELLET_DRY, unpack_pellet, unpack_wall
-from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, VELOCITY_R, WEIGHT, solve_packed
+from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, ROUNDED, TANGENT, VELOCITY_R, WEIGHT, solve_packed
 from .predictor import fit_lengths
 
 PRESSURE, CENTRE, VELOCITY, FORCE, DRY = range(5)
@@ -59,18 +59,20 @@ def step_wall(
     pellet = unpack_pellet(pellet_numbers)
     wall = unpack_wall(wall_numbers)
     # Friction over the step, from the contact at its start, Eqs. (27), (50), (51).
-    weight = np.empty((n, 1))
+    weight, tangent = np.empty((n, 1)), np.empty((n, 1))
+    held = pressed_on_end(numbers[CENTRE], numbers[VELOCITY], numbers[FORCE], pellet.lowest, pellet.highest)
     dry = friction_of_step(
         before.contact,
         before.position,
         numbers[CENTRE],
-        numbers[FORCE],
+        0.0 if held else numbers[FORCE],
         pellet.viscous,
         numbers[DRY],
         pellet.dry,
         r.friction,
         2.0 * np.pi * wall.radius * wall.element_size,
         weight,
+        tangent,
     )
     own_numbers = pellet_numbers.copy()
     own_numbers[PELLET_DRY] = dry
@@ -96,6 +98,7 @@ def step_wall(
         r.inverse,
         centre,
         weight,
+        tangent,
         wall_numbers,
         own_numbers,
         rho,
@@ -112,6 +115,8 @@ def step_wall(
     code, iterations, assemblies = solve_packed(
         rho, zeta, density, scalars, known, wall_numbers, own_numbers, lumen_numbers, settings, work, system
     )
+    if code == ROUNDED:  # no step of any length does better
+        code = CONVERGED
     if code != CONVERGED:
         return code, iterations, assemblies
     numbers[PRESSURE], numbers[CENTRE], numbers[DRY] = scalars[0], scalars[1], dry
@@ -153,6 +158,7 @@ def prepare_step(
     inverse: float,
     centre: float,
     weight: np.ndarray,
+    tangent: np.ndarray,
     wall_numbers: np.ndarray,
     pellet_numbers: np.ndarray,
     rho: np.ndarray,
@@ -163,8 +169,8 @@ def prepare_step(
     """What `solve_packed` needs for a step dt [s] from a `WallState` of one column: guess, densities, `known`.
 
     Shapes are those of `WallState`; rho, zeta, density (n,) and known (KNOWN, n) are written. older, inverse: of the
-    `RateFormula`. centre: of the pellet at the end of the step [cm], extrapolated. weight: shares of the nodes in the
-    friction, (n, 1). False if the state is out of range.
+    `RateFormula`. centre: of the pellet at the end of the step [cm], extrapolated. weight, tangent: shares of the
+    nodes in the friction, (n, 1), and what of them lies along the meridian. False if the state is out of range.
     """
     wall, pellet = unpack_wall(wall_numbers), unpack_pellet(pellet_numbers)
     n = position.shape[0]
@@ -195,6 +201,7 @@ def prepare_step(
         known[HISTORY_HOOP, i] = known[HISTORY_R, i] / wall.radius
         density[i] = contact[i, 0]
         known[WEIGHT, i] = weight[i, 0]
+        known[TANGENT, i] = tangent[i, 0]
     set_drives(drive[0, :, 0].copy(), drive[1, :, 0].copy(), known)
     if step_before > 0.0:
         radius = pellet.radius if pellet.present else 0.0
@@ -257,3 +264,6 @@ def finish_step(
         carried += known[WEIGHT, i] * new_velocity[i, 0, 2]
     numbers[VELOCITY] = sliding + pellet.frame * carried
     numbers[CENTRE] = pellet_history + pellet_weight * numbers[VELOCITY]
+    if held_by_ends(numbers[CENTRE], pellet.lowest, pellet.highest):
+        numbers[CENTRE] = min(max(numbers[CENTRE], pellet.lowest), pellet.highest)
+        numbers[VELOCITY] = 0.0

@@ -10,14 +10,41 @@ environments and notebooks share one cache. Where no folder can be written, kern
 from __future__ import annotations
 
 import os
+import re
 import tempfile
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numba
-
 from .binding import digest_of
+
+_UNREAD = re.compile(r"Environment variable '(\w+)' is defined but its associated value '(.*?)' could not be parsed")
+
+
+def _import_numba() -> Any:
+    """numba, which answers a variable of the environment that it cannot read with a traceback: made one sentence.
+
+    Threads are not used here, so a number of them that numba refuses is said and changes nothing.
+    """
+    said = "{} = {!r} is not what numba understands and is not used; unset it, or give it a whole number of at least 1"
+    threads = os.environ.get("NUMBA_NUM_THREADS", "").strip()
+    if re.fullmatch(r"-\d+|[+]?0+", threads):
+        warnings.warn(said.format("NUMBA_NUM_THREADS", threads), RuntimeWarning, stacklevel=2)
+        del os.environ["NUMBA_NUM_THREADS"]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("default")
+        import numba
+    for one in caught:
+        unread = _UNREAD.match(str(one.message))
+        if unread:
+            warnings.warn(said.format(*unread.groups()).partition(", or")[0], RuntimeWarning, stacklevel=2)
+        else:
+            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+    return numba
+
+
+numba = _import_numba()
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -38,8 +65,10 @@ def _writable(folder: Path) -> bool:
 
 def _cache_folder() -> Path | None:
     named = os.environ.get("NUMBA_CACHE_DIR")
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    for root in (Path(named) if named else None, Path(home) / "peristalsis"):
+    home = os.environ.get("XDG_CACHE_HOME", "")
+    if not os.path.isabs(home):  # to be ignored, says its specification
+        home = os.path.join(os.path.expanduser("~"), ".cache")
+    for root in (Path(named) if named else None, Path(home) / "peristalsis" if os.path.isabs(home) else None):
         if root is not None and _writable(root):
             return root
     return None

@@ -13,6 +13,17 @@ from pathlib import Path
 PACKAGE = Path(__file__).resolve().parents[1]
 KERNEL_FOLDERS = ("numerics", "geometry", "tissue", "wall", "pellet", "control", "model")
 
+MACHINE_CODE = (
+    "NUMBA_BOUNDSCHECK",
+    "NUMBA_DEBUGINFO",
+    "NUMBA_DISABLE_INTEL_SVML",
+    "NUMBA_ENABLE_AVX",
+    "NUMBA_LOOP_VECTORIZE",
+    "NUMBA_OPT",
+    "NUMBA_SLP_VECTORIZE",
+)
+"""Variables of the environment that change the machine code of a kernel, and that numba's cache does not look at."""
+
 _IMPORT = re.compile(
     r"^[ \t]*from[ \t]+(\.+|peristalsis\b\.?)([\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n#]*)", re.MULTILINE
 )
@@ -21,13 +32,13 @@ _NAME = re.compile(r"(\w+)(?:\s+as\s+\w+)?\s*(?:,|$|\)|#)", re.MULTILINE)
 
 @cache
 def source_digest() -> str:
-    """Hash of every source file that can hold a kernel, and of numba's version; 16 hexadecimal digits."""
+    """Hash of every source file that can hold a kernel, of numba's version and its settings; 16 hexadecimal digits."""
     return _together(file for folder in KERNEL_FOLDERS for file in (PACKAGE / folder).rglob("*.py"))
 
 
 @cache
 def kernel_digest(file: Path, exchanged: tuple[tuple[Path, Path], ...] = ()) -> str:
-    """Hash of a source file and of all that it imports of the package, and of numba's version; as `source_digest`.
+    """As `source_digest`, of a source file and of all that it imports of the package.
 
     exchanged: files of the package, each with the file that stands in its place.
     """
@@ -70,5 +81,6 @@ def _is_file(place: str) -> bool:
 
 
 def _together(files: Iterable[Path]) -> str:
-    parts = [version("numba"), *sorted(_read(file)[0] for file in files)]
+    settings = [f"{name}={os.environ[name]}" for name in MACHINE_CODE if os.environ.get(name)]
+    parts = [version("numba"), *settings, *sorted(_read(file)[0] for file in files)]
     return hashlib.sha256("".join(parts).encode()).hexdigest()[:16]

@@ -38,6 +38,18 @@ def sliding_velocity(force: float, viscous: float, dry: float) -> tuple[float, f
 
 
 @compiled
+def held_by_ends(place: float, lowest: float, highest: float) -> bool:
+    """Whether the centre would be at or beyond a closed end of the segment, Eq. (60), which then holds the pellet."""
+    return place <= lowest or place >= highest
+
+
+@compiled
+def pressed_on_end(place: float, velocity: float, force: float, lowest: float, highest: float) -> bool:
+    """Whether a pellet at rest is pressed onto a closed end by an axial force [mN], Eq. (60)."""
+    return velocity == 0.0 and ((place <= lowest and force < 0.0) or (place >= highest and force > 0.0))
+
+
+@compiled
 def dry_friction(dry: float, law: FrictionLaw, pressing: float, stuck: bool) -> float:
     """Dry friction [mN] that must be overcome over a step, Eqs. (50) and (51).
 
@@ -46,6 +58,21 @@ def dry_friction(dry: float, law: FrictionLaw, pressing: float, stuck: bool) -> 
     """
     kinetic = dry + law.coefficient * pressing if law.coefficient > 0.0 else dry
     return kinetic * law.static_factor if stuck else kinetic
+
+
+@compiled
+def pressed_part(dry: float, law: FrictionLaw, pressing: float, force: float, holding: float) -> float:
+    """The part of the whole friction that is in proportion to pressing, Eq. (51): from 0 to 1.
+
+    dry, pressing, holding [mN]: F_d, N and the dry friction in all, with its static factor. force [mN]: the whole
+    friction, viscous and dry, for the pellet has no inertia. It vanishes with the coefficient.
+    """
+    kinetic = dry + law.coefficient * pressing
+    if kinetic <= 0.0:
+        return 0.0
+    part = law.coefficient * pressing / kinetic
+    size = abs(force)
+    return part * holding / size if size > holding else part
 
 
 @compiled
@@ -78,12 +105,25 @@ def friction_of_step(
     law: FrictionLaw,
     area: float,
     weight: np.ndarray,
+    tangent: np.ndarray,
 ) -> float:
     """Dry friction [mN] that holds over a step, from the contact at its start, and the shares of the nodes in it.
 
     contact [mN/cm^2] (n, m) on nodes of `area` [cm^2] at position (n, m, 3). force and dry_before [mN] tell whether the
-    pellet is stuck as the step begins. weight: receives the shares, (n, m), as `share_out` writes them.
+    pellet is stuck as the step begins. weight: receives the shares of the nodes in the whole friction, (n, m). tangent:
+    receives what of them is friction in proportion to pressing, Eq. (51), which lies along the meridian; the rest is
+    axial.
     """
-    pressing = area * share_out(contact, position, centre, law.coefficient > 0.0, weight)
     stuck = sliding_velocity(force, viscous, dry_before)[0] == 0.0
-    return dry_friction(dry, law, pressing, stuck)
+    if law.coefficient <= 0.0:
+        tangent[:] = 0.0
+        return dry_friction(dry, law, area * share_out(contact, position, centre, False, weight), stuck)
+    pressing = area * share_out(contact, position, centre, True, tangent)
+    holding = dry_friction(dry, law, pressing, stuck)
+    share_out(contact, position, centre, False, weight)
+    part = pressed_part(dry, law, pressing, force, holding)
+    for i in range(contact.shape[0]):
+        for j in range(contact.shape[1]):
+            tangent[i, j] *= part
+            weight[i, j] = (1.0 - part) * weight[i, j] + tangent[i, j]
+    return holding

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ConfigurationError, WriteError, nearest, shown, suggestion
+from ..paths import located
 from .registry import figures
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ class Plots:
 
     def __init__(self, result: Result) -> None:
         self._result = result
+        self.skipped: dict[str, str] = {}
+        """Figures that the last `save` left out because the run cannot show them, and why."""
 
     @staticmethod
     def names() -> tuple[str, ...]:
@@ -68,23 +71,31 @@ class Plots:
     ) -> list[Path]:
         """Write figures into `folder` as <name>.<format> and return the files; by default all that are available.
 
-        formats: png, svg, pdf. Raises ConfigurationError for unknown names or formats, WriteError if it cannot write.
+        formats: png, svg, pdf. Figures that nobody named and this run cannot show are left out: `skipped` says why.
+        Raises ConfigurationError for unknown names or formats, WriteError if it cannot write.
         """
         endings = _several(formats)
         for ending in endings:
             if ending not in FORMATS:
                 raise ConfigurationError(f"format {shown(ending)} is not offered; {suggestion(ending, FORMATS)}")
-        chosen = self.available() if names is None else _several(names)
+        chosen = self.names() if names is None else _several(names)
+        self.skipped = {}
         for name in chosen:
             _figure(name)
         from . import style
 
-        target = Path(folder)
+        target = located(folder)
         written = []
         try:
             target.mkdir(parents=True, exist_ok=True)
             for name in chosen:
-                canvas = self.draw(name)
+                try:
+                    canvas = self.draw(name)
+                except ConfigurationError as error:
+                    if names is not None:
+                        raise
+                    self.skipped[name] = str(error)
+                    continue
                 for ending in endings:
                     path = target / f"{name}.{ending}"
                     style.write(canvas, path, _figure(name).title, _figure(name).caption)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConfigurationError
-from ..names import OUTPUTS
+from ..names import FIELDS, OUTPUTS
 
 if TYPE_CHECKING:
     from ..result import Result
@@ -81,9 +81,11 @@ def _factor(name: str, unit: str | None) -> float:
 def stored(result: Result, name: str) -> Floats:
     """The array of an output. Raises ConfigurationError where the run was told not to keep it."""
     if name not in result.arrays:
-        raise ConfigurationError(
-            f"{name} was not stored by this run; repeat it with output.fields = ['all'], or with {name} among them"
-        )
+        if OUTPUTS[name] in FIELDS:
+            fix = f"repeat it with output.fields = ['all'], or with {name} among them"
+        else:  # numbers of every step, of probes and of events are always kept: an older version did not know this one
+            fix = "its version of peristalsis did not record it yet; run its config.toml again with this one"
+        raise ConfigurationError(f"{name} was not stored by this run; {fix}")
     return result.arrays[name]
 
 
@@ -117,6 +119,22 @@ def transit(result: Result) -> float | None:
     """When the pellet was expelled [s], or None."""
     found = result.summary.get("transit_s")
     return None if found is None else float(found)
+
+
+def left(result: Result) -> tuple[float, str] | None:
+    """When the pellet left [s], and how in words; None if it did not."""
+    found = transit(result)
+    if found is not None:
+        return found, "expelled"
+    orally = result.summary.get("oral_exit_s")
+    return None if orally is None else (float(orally), "expelled orally")
+
+
+def beyond_ends(result: Result) -> tuple[float, float]:
+    """How far pellet or wall stand out over the oral and over the anal end at most [mm]."""
+    wall = result.summary.get("bulge_cm") or {}
+    oral = max(float(wall.get("oral") or 0.0), float(result.summary.get("beyond_oral_end_cm") or 0.0))
+    return 10.0 * oral, 10.0 * float(wall.get("anal") or 0.0)
 
 
 def laboratory_axis(result: Result, count: int | None = None) -> Floats:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import ConfigurationError, shown
+from ..paths import located
 from . import data, style
 from .figures.wall_shapes import segment_values, segments, tension_colours
 from .placing import whole_in_folder
@@ -32,7 +33,7 @@ def film(result: Result, path: str | os.PathLike[str], frames: int = 100, rate: 
     frames: pictures spread evenly over the run; rate: pictures a second. Raises ConfigurationError for another
     ending or where ffmpeg is missing, WriteError if the file cannot be written.
     """
-    target = Path(path)
+    target = located(path)
     ending = target.suffix.lower()
     if ending not in (".gif", ".mp4"):
         raise ConfigurationError(f"film {shown(target.name)}: not a film format; name a file ending in .gif or .mp4")
@@ -51,7 +52,7 @@ def require(target: Path) -> None:
     if target.suffix.lower() == ".mp4" and ffmpeg() is None:
         raise ConfigurationError(
             f"film {shown(target.name)}: an MP4 needs ffmpeg, which is not here; install ffmpeg or "
-            "'pip install peristalsis[movie]', or name a .gif, which needs nothing"
+            "'pip install imageio-ffmpeg', or name a .gif, which needs nothing"
         )
 
 

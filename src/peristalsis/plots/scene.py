@@ -17,6 +17,7 @@ import numpy as np
 
 from ..errors import ConfigurationError, shown
 from ..names import FIELDS, OUTPUTS
+from ..paths import located
 from . import data, surface
 from .placing import whole_in_folder
 
@@ -44,7 +45,7 @@ sys.exit(0 if picture is not None and picture.std() > 0 else 3)
 """
 
 COLOURS = {
-    "contact_pressure": "magma",
+    "contact_pressure": "magma_r",  # most of the wall has none, and must not be black
     "stretch_longitudinal": "RdBu",
     "stretch_circumferential": "RdBu",
     "potential_longitudinal": "cividis",
@@ -74,7 +75,7 @@ def problem() -> str | None:
         return None
     lines = [line.strip() for line in done.stderr.splitlines() if line.strip()]
     if any("No module named" in line for line in lines):
-        return "the library pyvista is not installed; run 'pip install peristalsis[surface]'"
+        return "the library pyvista is not installed; run 'pip install pyvista'"
     if done.returncode == 3:
         return "the graphics library draws an empty picture here; use the VTK export and ParaView instead"
     cause = f"signal {-done.returncode}" if done.returncode < 0 else (lines or ["no reason given"])[-1][:120]
@@ -98,7 +99,7 @@ def scene(
     film, spread evenly; rate: of them a second. Raises ConfigurationError for other endings and fields, and where the
     libraries are missing; WriteError if the file cannot be written.
     """
-    target = Path(path)
+    target = located(path)
     ending = target.suffix.lower()
     if ending not in (*PICTURES, *FILMS):
         raise ConfigurationError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import ConfigurationError, shown
 from . import data
 from .data import Floats
 from .placing import whole
@@ -58,10 +60,25 @@ _SETTINGS: dict[str, Any] = {
 }
 
 
+LEAST_BEYOND = 0.5
+"""What stands out over an end by less than this is not shown [mm]."""
+
+
 @contextmanager
 def applied() -> Iterator[None]:
-    """The settings of this package, whatever those of the caller; the caller's come back afterwards."""
-    import matplotlib
+    """The settings of this package, whatever those of the caller; the caller's come back afterwards.
+
+    Raises ConfigurationError where the environment keeps matplotlib from being imported.
+    """
+    try:
+        import matplotlib
+    except ValueError:
+        named = os.environ.get("MPLBACKEND")
+        if not named:
+            raise
+        raise ConfigurationError(
+            f"MPLBACKEND = {shown(named)} is no backend of matplotlib; unset it, or set it to agg"
+        ) from None
 
     base = {key: value for key, value in matplotlib.rcParamsDefault.items() if not key.startswith("backend")}
     with matplotlib.rc_context({**base, **_SETTINGS}):
@@ -70,9 +87,9 @@ def applied() -> Iterator[None]:
 
 def canvas(result: Result, height: float, title: str) -> Canvas:
     """An empty figure with a line that says what it is and of which run."""
-    from matplotlib.figure import Figure
+    from .canvas import ShownFigure
 
-    figure = Figure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
+    figure = ShownFigure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.05, h_pad=0.05, hspace=0.03, wspace=0.03)
     figure.suptitle(f"{title}: {of_run(result)}", x=0.01, ha="left")
     return figure
@@ -81,9 +98,9 @@ def canvas(result: Result, height: float, title: str) -> Canvas:
 def of_run(result: Result) -> str:
     """Scenario, reading and end of a run in a few words."""
     summary = result.summary
-    transit = data.transit(result)
-    if transit is not None:
-        ended = f"expelled at {transit:.2f} s"
+    left = data.left(result)
+    if left is not None:
+        ended = f"{left[1]} at {left[0]:.2f} s"
     else:
         ended = f"{result.status.replace('_', ' ')}, {data.values(result, 'time_step')[-1]:.3g} s"
     return f"{summary['scenario']}, reading {summary['reading']} ({ended})"
@@ -120,6 +137,32 @@ def axis_down(axes: Axes, result: Result, label: str = "axial position (mm)") ->
     axes.set_ylim(extent, 0.0)
     axes.set_yticks(*_ends(extent, "  "))
     axes.set_ylabel(label)
+
+
+def show_ends(axes: Axes, result: Result) -> None:
+    """On an axis that runs down: room for what stands out over the clamped ends, and lines at these; else nothing."""
+    extent, (oral, anal) = data.length(result), data.beyond_ends(result)
+    if max(oral, anal) < LEAST_BEYOND:
+        return
+    room = 0.07 * extent  # for the words
+    axes.set_ylim(extent + max(1.1 * anal, room), -max(1.1 * oral, room))
+    bulges = result.summary.get("bulge_cm") or {}
+    for name, place in (("oral", 0.0), ("anal", extent)):
+        axes.axhline(place, color="0.35", linewidth=1.2, label="_end")
+        bulge = 10.0 * float(bulges.get(name) or 0.0)
+        words = f"clamped {name} end" + (f"; wall bulges {bulge:.2g} mm" if bulge >= LEAST_BEYOND else "")
+        axes.annotate(
+            words,
+            (0.99, place),
+            xycoords=("axes fraction", "data"),
+            xytext=(0, 2 if name == "oral" else -2),
+            textcoords="offset points",
+            ha="right",
+            va="bottom" if name == "oral" else "top",
+            fontsize=8,
+            color="0.25",
+            path_effects=outlined("white", 2.0),
+        )
 
 
 def axis_right(axes: Axes, result: Result, label: str | None = "axial position (mm)") -> None:
@@ -204,13 +247,14 @@ def outlined(colour: str = "black", width: float = 3.0) -> list[Any]:
 
 def mark_expelled(axes: Axes, result: Result, text_top: float | None = None) -> None:
     """A vertical line where the pellet was expelled; a text downwards from `text_top` (share of the panel) says so."""
-    when = data.transit(result)
-    if when is None:
+    left = data.left(result)
+    if left is None:
         return
+    when, words = left
     axes.axvline(when, color=GREY, linewidth=1.0, linestyle=(0, (4, 2)), label="_expelled")
     if text_top is not None:
         axes.annotate(
-            f"expelled {when:.2f} s",
+            f"{words} {when:.2f} s",
             (when, text_top),
             xycoords=("data", "axes fraction"),
             xytext=(-3, 0),

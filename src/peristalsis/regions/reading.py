@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import csv
+import errno
 import operator
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, Field, fields
 from itertools import pairwise
 from numbers import Integral
-from pathlib import Path
 from typing import Any
 
+from ..disk import read_regular
 from ..errors import ConfigurationError, UnknownKeyError, shown, suggestion
+from ..paths import located
 from ..units import DIMENSIONLESS, QuantityError
 from ..units import read as read_quantity
 from .shapes import Map
@@ -224,15 +226,14 @@ def _read_file(given: object, where: str) -> tuple[list[str], list[str], list[li
     """Places and angles with their units, and the rows, of a CSV file."""
     if not isinstance(given, str):
         raise ConfigurationError(f"{where}: file = {shown(given)}: give the name of a CSV file as text")
-    name, path = shown(given), Path(given)
+    name, path = shown(given), located(given)
     try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-        if len(content) > LARGEST_FILE:
-            raise ConfigurationError(f"{where}: {name} is larger than {LARGEST_FILE} bytes; thin it out")
+        content = read_regular(path, LARGEST_FILE, follow=True)
         lines = content.decode("utf-8-sig").splitlines()
         rows = [row for row in csv.reader(lines) if any(cell.strip() for cell in row)]
     except (OSError, ValueError, csv.Error) as error:
+        if isinstance(error, OSError) and error.errno == errno.EFBIG:
+            raise ConfigurationError(f"{where}: {name} is larger than {LARGEST_FILE} bytes; thin it out") from None
         cause = error.strerror if isinstance(error, OSError) else "it is not a text file of UTF-8 CSV"
         raise ConfigurationError(f"{where}: {name} cannot be read: {cause}; check the file") from None
     units = re.findall(r"\[([^\[\]]{1,20})\]", rows[0][0]) if rows else []

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from ..build import build
 from ..config import Configuration
+from ..measures import wave_speed
 from ..model.model import ACTIVATION_LEVEL
-from ..result import wave_speed
 from ..tissue.rest import rest_state
 from ..tissue.sheet import advance_sheet
 

@@ -2,6 +2,9 @@
 
 Each process has a pipe of its own, so it is known which piece a dead process was at: that one is tried again, the
 others never notice. A process ends with the one that started it, however that ends.
+
+Fresh processes do not read the program that started them again, so a script needs no `if __name__ == "__main__":` and
+may come from anywhere, standard input too. Only where the work itself is a function of that program must they.
 """
 
 from __future__ import annotations
@@ -9,20 +12,28 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
+from multiprocessing.reduction import ForkingPickler
+from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from ..errors import PeristalsisError
+from ..errors import ConfigurationError, PeristalsisError
 
 RETRIES = 2
 PATIENCE = 5.0
 """Seconds that a process is given to leave its work in order when all are stopped."""
+
+UNGUARDED = 86
+"""Exit code of a process that found itself starting processes while it was being started."""
+MAIN = "__main__"
+GUARD = f'if __name__ == "{MAIN}":'
 
 Task = TypeVar("Task")
 Value = TypeVar("Value")
@@ -50,8 +61,10 @@ def carry_out(
 
     work: a function of a module, so that processes find it. workers: processes; 1 works in this one. A task whose
     process dies, or that raises something unforeseen, is tried again up to `retries` times and is then a Failure. A
-    PeristalsisError, such as a disk that is full, ends everything and is raised here.
+    PeristalsisError, such as a disk that is full, ends everything and is raised here. Raises ConfigurationError where
+    work that is a function of the program itself cannot be found by other processes.
     """
+    refuse_while_starting()
     if workers <= 1 or len(tasks) <= 1:
         for key, task in tasks.items():
             yield Done(key, _attempts(work, task, retries))
@@ -71,15 +84,56 @@ def _attempts(work: Callable[[Task], Value], task: Task, retries: int) -> Value 
     raise AssertionError("there is at least one attempt")  # pragma: no cover
 
 
+def refuse_while_starting() -> None:
+    """End a process that reads a program without a guard as it is started: the one that started it says why."""
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        os._exit(UNGUARDED)
+
+
+def _reads_main(content: object) -> bool:
+    """Whether a process must have read the program that started it to understand this."""
+    return MAIN.encode("ascii") in bytes(ForkingPickler.dumps(content))
+
+
+_STARTING = threading.Lock()
+
+
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """While this lasts, processes that are started do not learn from which file this program came."""
+    with _STARTING:
+        main = vars(sys.modules[MAIN])
+        kept: dict[str, Any] = {name: main[name] for name in ("__file__", "__spec__") if name in main}
+        main.pop("__file__", None)
+        main["__spec__"] = None
+        try:
+            yield
+        finally:
+            main.pop("__spec__", None)
+            main.update(kept)
+
+
+@contextmanager
+def _with_main() -> Iterator[None]:
+    file = getattr(sys.modules[MAIN], "__file__", None)
+    if file is not None and not Path(file).is_file():
+        raise ConfigurationError(
+            "work of a program that comes from standard input cannot be found by other processes; save it to a file, "
+            "or use one worker"
+        )
+    yield
+
+
 class _Worker:
     """A process, its pipe, and the key of the task that it is at."""
 
-    def __init__(self, work: Callable[[Any], Any]) -> None:
+    def __init__(self, work: Callable[[Any], Any], reads_main: bool) -> None:
         # Fresh processes: a forked one would share the state of compiled code and threads.
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
         self.process: SpawnProcess = context.Process(target=_serve, args=(theirs, work), daemon=False)
-        self.process.start()
+        with _with_main() if reads_main else _without_main():
+            self.process.start()
         theirs.close()
         self.key: str | None = None
 
@@ -101,6 +155,11 @@ class _Worker:
         self.pipe.close()
         self.process.join()
         code = self.process.exitcode or 0
+        if code == UNGUARDED:
+            raise ConfigurationError(
+                f"the program starts processes that read it again, and has no {GUARD}; put what is to be done once "
+                "below such a line, or use one worker"
+            )
         if code >= 0:
             return f"its process ended by itself with exit code {code}"
         name = signal.Signals(-code).name
@@ -119,6 +178,7 @@ def _in_processes(
     queue = deque(tasks)
     left = dict.fromkeys(tasks, retries)
     staff: list[_Worker] = []
+    reads_main = _reads_main((work, next(iter(tasks.values()))))
     try:
         while queue or any(one.key is not None for one in staff):
             for one in staff:
@@ -126,7 +186,7 @@ def _in_processes(
                     key = queue.popleft()
                     one.start(key, tasks[key])
             while queue and len(staff) < count:
-                one = _Worker(work)
+                one = _Worker(work, reads_main)
                 staff.append(one)
                 key = queue.popleft()
                 one.start(key, tasks[key])

@@ -1,5 +1,7 @@
 """Quantities of a run, defined on plain arrays: velocity, irregularity, stops, librations, mixing.
 
+Each is None where the arrays do not hold it: no step, no pellet (positions are nan), no motion, no content.
+
 Mixing follows the content around the pellet. The content fills the lumen less the pellet and is compressed uniformly
 (one pressure), so its share S upstream of a wall node changes only as content passes that node. In the coordinates s
 (share upstream) and y (share of the cross-section inside a radius), with the parabolic profile of slow flow in a tube
@@ -26,14 +28,28 @@ CELLS_OF_FLOW = 200
 """Equal parts of the content on which the flow is interpolated."""
 
 
-def mean_velocity(time: Floats, position: Floats, until: float | None = None) -> float:
-    """Displacement over time [cm/s], up to `until` [s] or to the end. time [s], position [cm]: (n,)."""
+def mean_velocity(time: Floats, position: Floats, until: float | None = None) -> float | None:
+    """Displacement over time [cm/s], up to `until` [s] or to the end. time [s], position [cm]: (n,).
+
+    None if no time passes, or if the track ends before `until`.
+    """
+    if not _known(time, position):
+        return None
     end = float(time[-1]) if until is None else until
-    return float((np.interp(end, time, position) - position[0]) / (end - time[0])) if end > time[0] else 0.0
+    if not time[0] < end <= time[-1]:
+        return None
+    return float((np.interp(end, time, position) - position[0]) / (end - time[0]))
+
+
+def _known(*arrays: Floats) -> bool:
+    """Whether there is anything in each array, and nothing that is not a number."""
+    return all(array.size > 0 and bool(np.isfinite(array).all()) for array in arrays)
 
 
 def on_its_way(position: Floats, shares: tuple[float, float]) -> slice | None:
     """Steps between the first passages of two shares of the largest displacement; None if it never moves forward."""
+    if not _known(position):
+        return None
     travelled = np.maximum.accumulate(position - position[0])
     if travelled[-1] <= 0.0:
         return None
@@ -71,8 +87,10 @@ def stops(
     speed: float = 0.01,
     length: float = 0.1,
     shares: tuple[float, float] = (0.05, 0.95),
-) -> int:
-    """Times of at least `length` [s] below `speed` [cm/s], while the pellet is on its way."""
+) -> int | None:
+    """Times of at least `length` [s] below `speed` [cm/s], while the pellet is on its way; 0 if it never is."""
+    if not _known(time, position):
+        return None
     part = on_its_way(position, shares)
     if part is None or time[part].size < 3:
         return 0
@@ -102,14 +120,18 @@ def turning_points(position: Floats, least: float) -> list[float]:
     return points
 
 
-def reversals(position: Floats, least: float = 0.01) -> int:
+def reversals(position: Floats, least: float = 0.01) -> int | None:
     """Times the pellet goes back by at least `least` [cm]."""
+    if not _known(position):
+        return None
     points = turning_points(position, least)
     return sum(1 for before, after in pairwise(points) if before - after >= least)
 
 
-def libration(position: Floats, least: float = 0.001) -> float:
+def libration(position: Floats, least: float = 0.001) -> float | None:
     """Half of the largest swing that is undone [cm]: the smaller of two neighbouring swings."""
+    if not _known(position):
+        return None
     swings = np.abs(np.diff(turning_points(position, least)))
     if swings.size < 2:
         return 0.0
@@ -118,6 +140,8 @@ def libration(position: Floats, least: float = 0.001) -> float:
 
 def content_upstream(radius: Floats, axial: Floats, centre: Floats | None = None, pellet_radius: float = 0.0) -> Floats:
     """Share of the content upstream of each wall node [1], shape (n_time, n_z): 0 at the oral, 1 at the anal end.
+
+    nan at times at which the lumen holds nothing.
 
     radius, axial: of the wall nodes [cm], (n_time, n_z). centre: of the pellet [cm], (n_time,), or None.
     """
@@ -128,7 +152,8 @@ def content_upstream(radius: Floats, axial: Floats, centre: Floats | None = None
         height = np.clip(axial - (centre[:, None] - pellet_radius), 0.0, 2.0 * pellet_radius)
         volume = volume - np.pi * height**2 * (pellet_radius - height / 3.0)
     volume = np.maximum.accumulate(np.maximum(volume, 0.0), axis=1)
-    share: Floats = np.minimum(volume / volume[:, -1:], 1.0)
+    whole = np.where(volume[:, -1:] > 0.0, volume[:, -1:], np.nan)
+    share: Floats = np.minimum(volume / whole, 1.0)
     return share
 
 
@@ -158,13 +183,16 @@ def carried(time: Floats, upstream: Floats, s: Floats, y: Floats) -> tuple[Float
     return s, y
 
 
-def lacey_index(place: Floats, label: NDArray[np.bool_], cells: int = 20) -> float:
+def lacey_index(place: Floats, label: NDArray[np.bool_], cells: int = 20) -> float | None:
     """Lacey's mixing index of two kinds of tracers along a line: 0 in order, 1 mixed at random.
 
     (S0 - S)/(S0 - Sr) with S the variance of the share of one kind over cells of equally many tracers, S0 = c(1 - c)
     when separated and Sr = S0/n when n tracers a cell are mixed at random, which makes it independent of their number.
-    P. M. C. Lacey, J. Appl. Chem. 4 (1954) 257; S/S0 is Danckwerts' intensity of segregation.
+    P. M. C. Lacey, J. Appl. Chem. 4 (1954) 257; S/S0 is Danckwerts' intensity of segregation. None with one kind
+    alone, or with fewer than two tracers a cell.
     """
+    if len(place) < 2 * cells or not 0 < label.sum() < len(label):
+        return None
     order = np.argsort(place, kind="stable")
     each = len(order) // cells
     shares = label[order][: each * cells].reshape(cells, each).mean(axis=1)
@@ -174,11 +202,13 @@ def lacey_index(place: Floats, label: NDArray[np.bool_], cells: int = 20) -> flo
     return min(max(found, 0.0), 1.0)
 
 
-def mixing(time: Floats, upstream: Floats, tracers: int = 4000, cells: int = 20) -> float:
+def mixing(time: Floats, upstream: Floats, tracers: int = 4000, cells: int = 20) -> float | None:
     """Mixing of the oral and the anal half of the content by the flow that goes with `upstream`, from 0 to 1.
 
     time [s], (n_time,); upstream: see `content_upstream`.
     """
+    if len(time) < 2 or not _known(upstream):
+        return None
     s, y = seeded(tracers)
     oral = s < 0.5
     return lacey_index(carried(time, upstream, s, y)[0], oral, cells)

@@ -15,6 +15,10 @@ from .cells.plant import CellConstants
 Floats = NDArray[np.float64]
 
 
+class NoRestError(ValueError):
+    """Why a cell has no steady state in the range of its tables, and what to change."""
+
+
 @dataclass(frozen=True)
 class RestState:
     """A steady state of the cell: potential [mV], gates h, n, x, c, and whether the cell stays there."""
@@ -79,11 +83,13 @@ def _is_stable(state: Floats, conductances: Floats, constants: CellConstants) ->
 
 
 def rest_state(conductances: Floats, constants: CellConstants, table: Floats, exact: bool = False) -> RestState:
-    """The lowest steady state between -100 and 0 mV; `stable` says whether the cell stays on it.
+    """The lowest steady state in the range of the tables; `stable` says whether the cell stays on it.
+
+    Only where calcium is positive: below `calcium_entry_potential`.
 
     conductances: the five maximal conductances [mS/cm^2], shape (5,), order of `plant.CONDUCTANCES`. The root is
     found with the coefficients that the sheet uses (table or exact), so that the sheet starts without a twitch.
-    Raises ValueError when there is no steady state in the range.
+    Raises NoRestError when there is no steady state in the range.
     """
     return rest_states(np.reshape(conductances, (5, 1)), constants, table, exact)[0]
 
@@ -99,14 +105,44 @@ def rest_states(conductances: Floats, constants: CellConstants, table: Floats, e
     for k in range(kinds.shape[1]):
         values = kinds[:, k] @ units
         crossings = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
+        crossings = crossings[_SCAN[crossings + 1] <= constants.calcium_entry_potential]
         if crossings.size == 0:
-            raise ValueError("the cell has no steady state between -100 and 0 mV with these conductances")
+            raise NoRestError(_why_none(kinds[:, k], units, constants))
         low = int(crossings[0])
         states.append(_settle(_SCAN[low], _SCAN[low + 1], kinds[:, k : k + 1].copy(), constants, table, exact))
     return states
 
 
-_SCAN = np.linspace(-100.0, 0.0, 2001)
+_SCAN = np.concatenate(
+    [np.arange(-199.95, -100.0, 0.05), np.linspace(-100.0, 0.0, 2001), np.arange(0.05, 149.99, 0.05)]
+)
+"""Potentials at which the sign of the steady current is looked at [mV], within the tables."""
+
+_REVERSALS = ("calcium_reversal", "calcium_reversal", "potassium_reversal", "potassium_reversal", "chloride_reversal")
+"""What the channels of `plant.CONDUCTANCES` pull towards."""
+
+
+def _why_none(conductances: Floats, units: Floats, constants: CellConstants) -> str:
+    """Cause and cure where the steady current never changes its sign. units: currents of unit conductances."""
+    allowed = constants.calcium_entry_potential >= _SCAN
+    if not allowed.any():
+        return (
+            f"cell.calcium_entry_potential = {constants.calcium_entry_potential:g} mV leaves the cell no potential at "
+            "which its calcium is positive; raise it"
+        )
+    if not conductances.any():
+        return f"all its conductances ({', '.join(plant.CONDUCTANCES)}) are 0, so nothing sets a potential; open one"
+    currents = conductances[:, None] * units[:, allowed]
+    outward = bool(currents.sum(axis=0)[0] > 0.0)
+    shares = currents[:, 0 if outward else -1] * (1.0 if outward else -1.0)
+    strongest = int(np.argmax(shares))
+    reversal = _REVERSALS[strongest]
+    return (
+        f"at every potential from {_SCAN[0]:.0f} to {_SCAN[allowed][-1]:.0f} mV the current flows "
+        f"{'outward' if outward else 'inward'}, most of it through {plant.CONDUCTANCES[strongest]} = "
+        f"{conductances[strongest]:g} mS/cm^2 towards cell.{reversal} = {getattr(constants, reversal):g} mV; bring "
+        "that reversal potential into the range, or lower that conductance"
+    )
 
 
 def _settle(low: float, high: float, column: Floats, constants: CellConstants, table: Floats, exact: bool) -> RestState:

@@ -29,17 +29,19 @@ SMALL = {
 
 
 def currents_at(result: Result, layer: str, probe: int = 0) -> dict[str, Floats]:
-    """The five currents of a layer at a probe [uA/cm^2] at every step, before the tissue's rate factor."""
+    """The five currents of a layer at a probe [uA/cm^2] at every step, before the tissue's rate factor.
+
+    With the conductances that the model had there and then: regions and protocols change them.
+    """
     from ...build import cell_constants
     from ...tissue.cells import plant
 
     configuration = result.configuration
-    section = getattr(configuration, layer)
     potential = data.values(result, f"potential_{layer}_probe")[:, probe]
     gates = np.stack([data.values(result, f"{gate}_{layer}_probe")[:, probe] for gate in ("h", "n", "x", "calcium")])
-    conductances = np.repeat([[getattr(section, name)] for name in plant.CONDUCTANCES], potential.size, axis=1)
+    recorded = [data.values(result, f"conductance_{name}_{layer}_probe")[:, probe] for name in plant.CONDUCTANCES]
     constants = cell_constants(configuration, configuration.tissue.kinetics_rate)
-    return plant.currents(potential, gates, conductances, constants)
+    return plant.currents(potential, gates, np.stack(recorded), constants)
 
 
 def draw(result: Result, probe: int = 0) -> Canvas:
@@ -56,9 +58,8 @@ def draw(result: Result, probe: int = 0) -> Canvas:
     for side, layer in enumerate(LAYERS):
         potential, large, small, calcium = grid[:, side]
         potential.plot(time, data.values(result, f"potential_{layer}_probe")[:, probe], color=style.BLACK)
-        potential.axhline(
-            getattr(result.configuration, layer).threshold, color=style.GREY, linewidth=0.9, linestyle=":"
-        )
+        threshold = data.values(result, f"threshold_{layer}")
+        potential.plot(time, threshold, color=style.GREY, linewidth=0.9, linestyle=":")
         for axes, group in ((large, LARGE), (small, SMALL)):
             axes.axhline(0.0, color=style.GREY, linewidth=0.6)
             for name, (label, colour) in group.items():
@@ -86,7 +87,8 @@ FIGURE = Figure(
     caption=(
         "Membrane potential (dotted: above this the muscle pulls), the five ion currents and intracellular calcium at "
         "one place of the longitudinal (a) and the circular muscle (b). Currents are those of the cell, before the "
-        "factor by which the tissue's kinetics are slowed; outward is positive."
+        "factor by which the tissue's kinetics are slowed, with the conductances of that place and time; outward is "
+        "positive. The stimuli and the inhibition are not among them."
     ),
     draw=draw,
 )

@@ -24,6 +24,7 @@ def panel(axes: Axes, result: Result) -> Any:
     if data.has_pellet(result):
         pellet_track(axes, result)
     style.axis_down(axes, result)
+    style.show_ends(axes, result)
     style.time_axis(axes, result)
     return mesh
 
@@ -55,7 +56,8 @@ FIGURE = Figure(
     caption=(
         "Inner diameter of the tube (colour) over axial position in space, oral end at the top, and time. The wall "
         "is interpolated from its moving points onto places fixed in space; where it varies around the ring, the "
-        "diameter is that of the circle with the same area. Solid line: centre of the pellet; dashed lines: its poles."
+        "diameter is that of the circle with the same area. Solid line: centre of the pellet; dashed lines: its poles. "
+        "Where pellet or wall stand out over a clamped end, a line shows it; the map ends there."
     ),
     draw=draw,
 )

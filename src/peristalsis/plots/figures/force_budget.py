@@ -40,14 +40,14 @@ def draw(result: Result) -> Canvas:
     large.set_ylim(style.finite_range(*(data.values(result, name, "N") for name, _, _ in AXIAL), least=0.02))
     large.set_ylabel("axial force (N)")
 
-    limit = result.configuration.pellet.dry_friction
+    limit = data.values(result, "dry_friction_limit")
     for side in (-limit, limit):
-        small.axhline(side, color=style.GREY, linewidth=0.9, linestyle=":")
+        small.plot(time, side, color=style.GREY, linewidth=0.9, linestyle=":")
     dry = data.values(result, "dry_force")
     small.plot(time, dry, color=style.GREEN, label="dry friction")
     small.plot(time, np.zeros_like(time), color=style.SKY, linewidth=3.0, label="lumen pressure, net")
     small.plot(time, total(result), color=style.BLACK, linestyle=(0, (3, 3)), label="sum of all")
-    small.set_ylim(style.finite_range(dry, np.array([-limit, limit]), least=1.0))
+    small.set_ylim(style.finite_range(dry, -limit, limit, least=1.0))
     small.set_ylabel("axial force (mN)")
 
     normal = data.values(result, "normal_force", "N")
@@ -72,7 +72,8 @@ FIGURE = Figure(
     title="Forces on the pellet",
     caption=(
         "(a) Axial forces on the pellet, positive towards the anal end: the wall through its contact pressure, viscous "
-        "friction and dry friction. (b) The small ones again: dry friction within its limits (dotted); the net force "
+        "friction and dry friction. (b) The small ones again: dry friction within the limits that it had (dotted); the "
+        "net force "
         "of lumen pressure, which is zero because the model has one pressure on both sides of the pellet; and the sum "
         "of all forces, which is zero because the pellet has no inertia (dry friction is recorded as what balances the "
         "other two). (c) Sum of the normal contact forces over the surface, and the force with which lumen pressure "

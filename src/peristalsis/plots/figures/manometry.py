@@ -52,7 +52,7 @@ def draw(result: Result, spacing: float = SPACING) -> Canvas:
     """Pressure map of sensors every `spacing` mm, above that of a catheter without gaps."""
     from matplotlib.colors import Normalize
 
-    figure = style.canvas(result, 6.4, "Manometry")
+    figure = style.canvas(result, 6.4, "Manometry, lumen pressure and contact with the pellet")
     panels = list(figure.subplots(2, 1, sharex=True, sharey=True))
     top = float(data.manometry(result, DENSE)[2].max())
     norm = Normalize(0.0, max(1.0, top))
@@ -83,7 +83,9 @@ FIGURE = Figure(
         "linear between sensors. A sensor reads the lumen pressure, which is one and the same along the tube, plus the "
         "contact pressure between wall and pellet at its place while the wall is pressed onto the pellet there. "
         "Without contact it reads the lumen pressure alone: the wall never closes on itself, and the catheter has no "
-        "thickness. (a) Sensors (triangles) at the distance used in the laboratory; the beads come from the gaps "
+        "thickness, so a contraction away from the pellet shows in the "
+        "diameter map and not here. (a) Sensors (triangles) "
+        "at the distance used in the laboratory; the beads come from the gaps "
         "between them. (b) The same with a sensor every 0.25 mm. Grey: no sensor."
     ),
     draw=draw,

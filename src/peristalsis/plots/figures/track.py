@@ -33,6 +33,7 @@ def position(axes: Axes, result: Result) -> None:
         )
     axes.plot(data.values(result, "time_step"), centre, color=style.BLACK, label="pellet, centre")
     style.axis_down(axes, result, "position (mm)")
+    style.show_ends(axes, result)
     style.time_axis(axes, result)
     style.mark_expelled(axes, result, text_top=0.83)
 
@@ -86,7 +87,8 @@ FIGURE = Figure(
     caption=(
         "(a) Position of the pellet's centre, oral end at the top; dotted lines: where it starts, and where its "
         "leading pole reaches the anal end. (b) Its velocity. (c) Axial force of the wall on the pellet and the two "
-        "friction forces; positive towards the anal end. Dashed vertical line: the pellet is expelled."
+        "friction forces; positive towards the anal end. Dashed vertical line: the pellet is expelled. "
+        "Where pellet or wall stand out over a clamped end, a line shows it."
     ),
     draw=draw,
     needs_pellet=True,

@@ -49,7 +49,7 @@ def configured(*changes: Mapping[str, Any], scenario: str = "baseline") -> Confi
 
 def started(*changes: Mapping[str, Any], scenario: str = "baseline") -> tuple[Model, State]:
     """Model and state before t = 0."""
-    model, state, _ = initial_state(build(configured(*changes, scenario=scenario)))
+    model, state, _ = initial_state(build(configured(*changes, scenario=scenario).at_start()))
     return model, state
 
 

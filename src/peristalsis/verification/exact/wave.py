@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ...build import build
+from ...measures import wave_speed
 from ...model.initial import initial_state
 from ...model.model import ACTIVATION_LEVEL
 from ...numerics.stabilised import coefficients, stages_for
-from ...result import wave_speed
 from ...tissue.conduction import largest_eigenvalue
 from ...tissue.sheet import advance_sheet
 from .runs import configured
