@@ -1,7 +1,7 @@
 """Which Pythons and which versions of the libraries the package works with, tried as a user installs it.
 
 For every Python that can be found, with the newest libraries and with the lowest that pyproject.toml declares: an
-environment is made, a wheel is installed in it, a run of one second is computed and its arrays are hashed, the command
+environment is made, a wheel is installed in it, a run of one second is computed and its fingerprint taken, the command
 line is called, and some quick tests are run. Outcomes are kept in out/matrix, one file an entry, so that a second call
 goes on where the first was stopped; a changed source makes them stale. Whatever goes wrong in an entry is its outcome,
 and the next one follows. The table is docs/evidence/compatibility.md.
@@ -32,18 +32,15 @@ PATIENCE = 3600.0
 """Seconds that a step of an entry may take; a cold compile on a busy machine is the longest."""
 
 RUN = """
-import hashlib, importlib.metadata as about, json, sys
+import importlib.metadata as about, json, sys
 import peristalsis as ps
 result = ps.run("baseline", {"run.duration": "1 s"})
-digest = hashlib.sha256()
-for name in sorted(result.arrays):
-    digest.update(name.encode() + result.arrays[name].tobytes())
 print(json.dumps({
     "place": ps.__file__,
     "python": sys.version.split()[0],
     "status": result.status,
     "position": float(result.arrays["pellet_position"][-1]),
-    "arrays": digest.hexdigest()[:12],
+    "fingerprint": result.fingerprint[:12],
     "versions": {one.name.lower(): one.version for one in about.distributions() if one.name},
 }))
 """
@@ -158,8 +155,11 @@ def attempt(interpreter: str, choice: str, folder: Path, bounds: Mapping[str, st
         call([python, "-m", "peristalsis", *words], folder, "command line", log)
         call([python, "-m", "peristalsis", "run", "--help"], folder, "help", log)
         files = [ROOT / "tests" / "unit" / name for name in TESTS]
-        said = call([python, "-m", "pytest", "-q", "-W", "default", "--rootdir", ROOT, *files], ROOT, "tests", log)
-        found["tests"] = counted(said)
+        words = ["-q", "-W", "default", "-p", "no:cacheprovider", "--rootdir", ROOT]
+        try:
+            call([python, "-m", "pytest", *words, *files], ROOT, "tests", log)
+        finally:
+            found["tests"] = counted(log.read_text(encoding="utf-8"))
     except Failed as failure:
         found["outcome"] = str(failure)
     except Exception as error:  # whatever it is, the other entries are tried
@@ -169,9 +169,9 @@ def attempt(interpreter: str, choice: str, folder: Path, bounds: Mapping[str, st
 
 
 def counted(said: str) -> str:
-    """Passed, failed and skipped tests in pytest's last line, without its time."""
-    line = said.strip().splitlines()[-1].strip("= ") if said.strip() else ""
-    return re.sub(r"\s+in [0-9.]+s.*$", "", line)
+    """Passed, failed and skipped tests in the last line that counts them; a dash if there is none."""
+    found = re.findall(r"^=*\s*((?:\d+ \w+,? )+)in [0-9.]+s", said, flags=re.MULTILINE)
+    return str(found[-1]).strip() if found else "–"
 
 
 def page(outcomes: Iterable[tuple[str, str, Mapping[str, object]]]) -> str:
@@ -183,16 +183,16 @@ def page(outcomes: Iterable[tuple[str, str, Mapping[str, object]]]) -> str:
         "Made by `make matrix` (`tools/matrix.py`): for each Python that was found, the package is installed from its",
         "wheel into a fresh environment, with the newest libraries and with the lowest that `pyproject.toml` declares.",
         "Then one second of the baseline is computed, the command line is called, and the tests of units,",
-        "checkpoints, results and surroundings are run. *Arrays* is a hash of every bit that the run stored.",
+        "checkpoints, results and surroundings are run. The *fingerprint* is that of every number of the run.",
         "",
-        "| Python | libraries | outcome | pellet after 1 s [cm] | arrays | tests |",
+        "| Python | libraries | outcome | pellet after 1 s [cm] | fingerprint | tests |",
         "|---|---|---|---|---|---|",
     ]
     for version, choice, found in rows:
         cells = [str(found.get("python", version)), choice, str(found.get("outcome", "")).replace("|", "\\|")]
         position = found.get("position")
         cells += [f"{position:.12g}" if isinstance(position, float) else "–"]
-        cells += [str(found.get("arrays", "–")), str(found.get("tests", "–"))]
+        cells += [str(found.get("fingerprint", "–")), str(found.get("tests", "–"))]
         lines.append(f"| {' | '.join(cells)} |")
     lines += ["", f"| Python | libraries | {' | '.join(SHOWN)} |", f"|---|---|{'---|' * len(SHOWN)}"]
     for version, choice, found in rows:
@@ -203,10 +203,10 @@ def page(outcomes: Iterable[tuple[str, str, Mapping[str, object]]]) -> str:
     positions = [found["position"] for *_, found in rows if isinstance(found.get("position"), float)]
     if len(positions) > 1:
         spread = max(positions) - min(positions)  # type: ignore[type-var, operator]
-        hashes = len({found["arrays"] for *_, found in rows if "arrays" in found})
+        hashes = len({found["fingerprint"] for *_, found in rows if "fingerprint" in found})
         lines += [
             "",
-            f"The positions differ by at most {spread:.1e} cm; of all arrays there are {hashes} different sets.",
+            f"The positions differ by at most {spread:.1e} cm; of fingerprints there are {hashes}.",
         ]
     return "\n".join([*lines, ""])
 

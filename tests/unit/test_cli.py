@@ -612,7 +612,8 @@ def test_list(capsys: Capture) -> None:
     assert all(each["expected"] and each["title"] for each in content["scenarios"])
 
 
-def test_show(capsys: Capture) -> None:
+def test_show(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
     words = ["show", "segmentation", "--set", "pellet.radius=8 mm"]
     content = answer(words, capsys)["parameters"]
     assert content["pellet.radius"]["text"] == "0.8 cm"
@@ -681,7 +682,7 @@ def test_plot(runs: Path, here: Path, capsys: Capture) -> None:
 
 
 def test_film_and_export(runs: Path, here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    monkeypatch.setattr(Plots, "film", lambda plots, path: path.write_bytes(b"GIF89a"))
+    monkeypatch.setattr(Plots, "film", lambda plots, path, frames, rate: path.write_bytes(b"GIF89a"))
     words = ["film", str(runs / "first"), "--out", "a.gif"]
     assert main(words) == 0
     assert main(words) == 4
@@ -778,7 +779,10 @@ def test_paths_stay_on_one_line() -> None:
 
 def test_every_number_of_a_summary_can_be_shown(result: Result) -> None:
     known = {number.key.partition(".")[0] for number in comparing.NUMBERS}
-    assert set(result.summary) - known == {"scenario", "reading", "status", "error", "version"}
+    words = {"scenario", "reading", "status", "error", "version"}
+    about_waves = {"speed_reason", "speed_residual", "speed_residual_s", "speed_cells"}
+    counts = {"waves", "waves_retrograde", "waves_standing", "waves_spontaneous"}
+    assert set(result.summary) - known == words | counts | {f"wave_{name}" for name in about_waves}
 
 
 def test_progress_on_a_terminal_is_a_bar() -> None:

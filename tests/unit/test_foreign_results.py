@@ -131,7 +131,10 @@ def test_one_sentence_for_whatever_is_in_it(kind: str, copy: Path, recwarn: pyte
     assert not recwarn.list
 
 
-def test_commands_say_it(copy: Path, stored: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands_say_it(
+    copy: Path, stored: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "300")
     with h5py.File(copy / "result.nc", "a") as file:
         file.attrs["summary"] = "null"
     sign(copy)

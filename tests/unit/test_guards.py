@@ -85,7 +85,14 @@ def begun() -> tuple[Model, State]:
 
 def all_finite(result: Result) -> bool:
     """Whether all fields and numbers of every step are; places of a contact that there is not may be nan."""
-    absent = {"activation_longitudinal", "activation_circular", "contact_start", "contact_end", "event_place"}
+    absent = {
+        "activation_longitudinal",
+        "activation_circular",
+        "contact_start",
+        "contact_end",
+        "event_place",
+        "wave_speed",
+    }
     return all(
         bool(np.isfinite(values).all())
         for name, values in result.arrays.items()

@@ -353,7 +353,7 @@ def test_a_real_run_is_measured() -> None:
 
 
 def test_a_run_that_cannot_begin_is_a_record() -> None:
-    changes = {"grid.n_z": 40, "grid.n_z_wall": 40, "pellet.radius": "1.74 cm"}
+    changes = {"grid.n_z": 40, "grid.n_z_wall": 40, "pellet.radius": "1.74 cm", "wall.c5": 40.0}
     found = run_one(scenarios.configuration("baseline", changes=changes), measures.measure)
     assert found.status == "diverged"
     assert "cannot hold this pellet" in found.numbers["error"]

@@ -516,13 +516,13 @@ PAGE = Path(__file__).parents[2] / "docs" / "regions.md"
 
 @pytest.mark.parametrize("text", re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL))
 def test_the_examples_of_the_page_are_regions(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those that vary around the ring fit the tube, and wait for a version with columns."""
+    """Each fits the tube; one that varies around the ring and does not ask for columns is refused with the cure."""
     (csv_map,) = re.findall(r"```text\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
     (tmp_path / "biopsy.csv").write_text(csv_map, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     regions = read(tomllib.loads(text)["regions"])
     check(regions, 10.0, RADIUS, 16)
-    if varies_around(regions):
+    if varies_around(regions) and "n_theta" not in text:
         with pytest.raises(ConfigurationError, match="one column"):
             Configuration.from_toml(text)
     else:

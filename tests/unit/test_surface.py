@@ -629,5 +629,5 @@ def test_every_figure_that_is_offered_draws_from_what_is_stored(run: ps.Result) 
 
 def test_sizes_are_said_in_words() -> None:
     words = planned(10.0, 0.01, 0.002, 801 * 64, 1000 * 64, 1, ("all",)).words()
-    assert words == "recording 16 fields at up to 1002 times, about 6.98 GB"
+    assert words == "recording 16 fields at up to 1002 times, about 6.99 GB"
     assert "potential_circular" not in planned(1.0, 0.01, 0.002, 10, 10, 0, ()).fields
