@@ -393,7 +393,7 @@ def test_cells_are_no_formulas(tmp_path: Path) -> None:
     summary = {"status": "failed", "error": "=1+1", "number": -1.5, "nothing": None, "speeds": {"l": 1.0}}
     rows = (batches.Row(Point("run", {"lumen.pressure": "-1 kPa", "output.probes": ["1 cm"]}), None, summary),)
     text = batches._table(("lumen.pressure", "output.probes", "reading"), rows, tmp_path).decode()
-    assert text.splitlines()[1] == 'run,-1 kPa,"[""1 cm""]",,failed,\'=1+1,-1.5,,1.0,,'
+    assert text.splitlines()[1] == 'run,-1 kPa,"[""1 cm""]",,failed,\'=1+1,-1.5,,1.0,,,'
 
 
 @pytest.mark.parametrize(
