@@ -220,7 +220,7 @@ def cable_error(cells: int, steps: int, on_grid: bool) -> float:
     spread = np.full(cells - 1, diffusivity / h**2)
     unset = np.full(cells, np.nan)
     sheet = Excitable(v, gates, unset, unset.copy(), conductances, spread, none, none, none, -55.0, 1)
-    cubed, work, dt = np.zeros(cells), np.empty((6, cells)), time / steps
+    cubed, work, dt = np.zeros((1, cells)), np.empty((6, cells)), time / steps
     table = plant.gate_table(dt, CELLS)
     for step in range(steps):
         bad = excite(sheet, np.ones(cells - 1), step * dt, dt, CELLS, table, False, -20.0, cubed, work)

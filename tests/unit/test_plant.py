@@ -76,7 +76,7 @@ def test_gates_relax_exponentially_at_a_held_potential(exact: bool) -> None:
     start = np.array([0.9, 0.1, 0.2, 0.3]).reshape(4, 1)
     gates = start.copy()
     for _ in range(40):
-        plant.relax_gates(v, gates, TABLE, exact, 0.25, CONSTANTS, np.empty(1))
+        plant.relax_gates(v, gates, TABLE, exact, 0.25, CONSTANTS, np.empty((1, 1)), np.ones((5, 1)))
     h, rate_h, n, rate_n, x, rate_x = plant.gate_targets(-30.0, CONSTANTS)
     targets, rates = np.array([h, n, x]), np.array([rate_h, rate_n, rate_x])
     wanted = targets + (start[:3, 0] - targets) * np.exp(-10.0 * 0.125 * rates)

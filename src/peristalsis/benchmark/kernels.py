@@ -54,8 +54,17 @@ def gates(model: Model, cells: int, exact: bool, shuffled: bool = False) -> Kern
     potential = np.linspace(-65.0, 30.0, cells)
     if shuffled:
         np.random.default_rng(1).shuffle(potential)
-    state, cubed = np.full((4, cells), 0.3), np.empty(cells)
-    arguments = (potential, state, model.tables[0], exact, model.dt_cell, model.cell, cubed)
+    state, cubed = np.full((4, cells), 0.3), np.empty((plant.INSTANT, cells))
+    arguments = (
+        potential,
+        state,
+        model.tables[0],
+        exact,
+        model.dt_cell,
+        model.cell,
+        cubed,
+        model.longitudinal.conductances[:, :cells],
+    )
     return Kernel("gates", plant.relax_gates, arguments, cells, 8.0 * (1 + 2 * 4 + 1))
 
 

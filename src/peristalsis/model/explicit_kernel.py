@@ -16,7 +16,7 @@ from ..numerics.compiled import compiled
 from ..numerics.transfer import Overlap, average
 from ..pellet.friction import FrictionLaw, dry_friction, held_by_ends, pressed_part, sliding_velocity
 from ..pellet.penalty import penalty_contact
-from ..tissue.cells import plant
+from ..tissue.cells import plant as cell
 from ..tissue.cells.plant import CellConstants
 from ..tissue.explicit_sheet import Excitable, excite
 from ..wall.explicit import INSIDE, add_bending_forces, add_pressure_forces, add_tension_forces
@@ -204,8 +204,8 @@ def march(
     cells = longitudinal.potential.size
     dt = plan.dt
     dt_cell = plan.micro * dt
-    cubed = np.empty((2, cells))
-    work = np.empty((6, cells))
+    instant = np.empty((2, cell.INSTANT, cells))
+    work = np.empty((3 + cell.HELD, cells))
     stretch = np.empty((n - 1, 1))
     faces = np.empty((cells - 1, 1))
     source = np.empty((cells, 1))
@@ -227,16 +227,28 @@ def march(
         code = load(shell, laws, after, pellet[0], seen, force, normal)
         if code != DONE:
             return code, 0, made
-    bad = plant.out_of_range(longitudinal.potential)
+    bad = cell.out_of_range(longitudinal.potential)
     if bad >= 0:
         return LONGITUDINAL, bad, made
-    bad = plant.out_of_range(circular.potential)
+    bad = cell.out_of_range(circular.potential)
     if bad >= 0:
         return CIRCULAR, bad, made
     half = 500.0 * dt_cell  # half a conduction step in ms, for the kernels of cells
     constants, table, half_table = kinetics.cell, kinetics.table, kinetics.half_table
-    plant.relax_gates(longitudinal.potential, longitudinal.gates, half_table, kinetics.exact, half, constants, cubed[0])
-    plant.relax_gates(circular.potential, circular.gates, half_table, kinetics.exact, half, constants, cubed[1])
+    exact = kinetics.exact
+    cell.relax_gates(
+        longitudinal.potential,
+        longitudinal.gates,
+        half_table,
+        kinetics.exact,
+        half,
+        constants,
+        instant[0],
+        longitudinal.conductances,
+    )
+    cell.relax_gates(
+        circular.potential, circular.gates, half_table, exact, half, constants, instant[1], circular.conductances
+    )
     kick = plan.first_kick
     for substep in range(plan.substeps):
         now = 1e3 * (plan.time + substep * dt_cell)
@@ -244,14 +256,21 @@ def march(
         average(ways.elements_to_faces, stretch, faces)
         # EXCLONG
         bad = excite(
-            longitudinal, faces[:, 0], now, 2.0 * half, constants, table, kinetics.exact, kinetics.level, cubed[0], work
+            longitudinal,
+            faces[:, 0],
+            now,
+            2.0 * half,
+            constants,
+            table,
+            kinetics.exact,
+            kinetics.level,
+            instant[0],
+            work,
         )
         if bad >= 0:
             return LONGITUDINAL, bad, made
         # EXCCIRC
-        bad = excite(
-            circular, faces[:, 0], now, 2.0 * half, constants, table, kinetics.exact, kinetics.level, cubed[1], work
-        )
+        bad = excite(circular, faces[:, 0], now, 2.0 * half, constants, table, exact, kinetics.level, instant[1], work)
         if bad >= 0:
             return CIRCULAR, bad, made
         before[:, :] = after
@@ -282,14 +301,39 @@ def march(
                 pellet[4] = 0.0
             made += 1
         if substep < plan.substeps - 1:
-            plant.relax_gates(
-                longitudinal.potential, longitudinal.gates, table, kinetics.exact, 2.0 * half, constants, cubed[0]
+            cell.relax_gates(
+                longitudinal.potential,
+                longitudinal.gates,
+                table,
+                exact,
+                2.0 * half,
+                constants,
+                instant[0],
+                longitudinal.conductances,
             )
-            plant.relax_gates(
-                circular.potential, circular.gates, table, kinetics.exact, 2.0 * half, constants, cubed[1]
+            cell.relax_gates(
+                circular.potential,
+                circular.gates,
+                table,
+                exact,
+                2.0 * half,
+                constants,
+                instant[1],
+                circular.conductances,
             )
-    plant.relax_gates(longitudinal.potential, longitudinal.gates, half_table, kinetics.exact, half, constants, cubed[0])
-    plant.relax_gates(circular.potential, circular.gates, half_table, kinetics.exact, half, constants, cubed[1])
+    cell.relax_gates(
+        longitudinal.potential,
+        longitudinal.gates,
+        half_table,
+        kinetics.exact,
+        half,
+        constants,
+        instant[0],
+        longitudinal.conductances,
+    )
+    cell.relax_gates(
+        circular.potential, circular.gates, half_table, exact, half, constants, instant[1], circular.conductances
+    )
     shell.drive[:, :] = after
     for i in range(n):
         shell.hoop_rate[i] = seen[0, i] / laws.wall.radius

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from .sources import PACKAGE, kernel_digest
+from .binding import digest_of
 
 _UNREAD = re.compile(r"Environment variable '(\w+)' is defined but its associated value '(.*?)' could not be parsed")
 
@@ -92,12 +92,12 @@ def inlined(function: Function) -> Function:
 
 def _decorate(function: Function, **more: Any) -> Function:
     file = Path(function.__code__.co_filename)
-    kept = CACHE_FOLDER is not None and file.is_relative_to(PACKAGE)  # a function typed in has no file to go by
-    digest = kernel_digest(file) if kept else ""
-    if CACHE_FOLDER is not None and kept:
+    digest = None if CACHE_FOLDER is None else digest_of(function.__module__, file)
+    kept = digest is not None  # a function typed in has no file to go by
+    if CACHE_FOLDER is not None and digest is not None:
         numba.config.CACHE_DIR = str(CACHE_FOLDER / digest)
     result: Function = numba.njit(cache=kept, fastmath=False, error_model="numpy", nogil=True, **more)(function)
-    if CACHE_FOLDER is not None and kept:
+    if CACHE_FOLDER is not None and digest is not None:
         _place(result, CACHE_FOLDER / digest, digest)
     _mend(result)
     return result

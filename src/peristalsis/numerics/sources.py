@@ -24,7 +24,9 @@ MACHINE_CODE = (
 )
 """Variables of the environment that change the machine code of a kernel, and that numba's cache does not look at."""
 
-_IMPORT = re.compile(r"^[ \t]*from[ \t]+(\.+)([\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n#]*)", re.MULTILINE)
+_IMPORT = re.compile(
+    r"^[ \t]*from[ \t]+(\.+|peristalsis\b\.?)([\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n#]*)", re.MULTILINE
+)
 _NAME = re.compile(r"(\w+)(?:\s+as\s+\w+)?\s*(?:,|$|\)|#)", re.MULTILINE)
 
 
@@ -35,16 +37,20 @@ def source_digest() -> str:
 
 
 @cache
-def kernel_digest(file: Path) -> str:
-    """As `source_digest`, of a source file and of all that it imports of the package."""
-    return _together(dependencies(file))
+def kernel_digest(file: Path, exchanged: tuple[tuple[Path, Path], ...] = ()) -> str:
+    """As `source_digest`, of a source file and of all that it imports of the package.
+
+    exchanged: files of the package, each with the file that stands in its place.
+    """
+    return _together(dependencies(file, exchanged))
 
 
-def dependencies(file: Path) -> frozenset[Path]:
-    """A source file of the package and every other one that it imports, directly or through others."""
+def dependencies(file: Path, exchanged: tuple[tuple[Path, Path], ...] = ()) -> frozenset[Path]:
+    """A source file and every file of the package that it imports, directly or through others; see `kernel_digest`."""
+    instead = dict(exchanged)
     found, waiting = {file}, [file]
     while waiting:
-        new = _read(waiting.pop())[1] - found
+        new = {instead.get(one, one) for one in _read(waiting.pop())[1]} - found
         found |= new
         waiting += new
     return frozenset(found)
@@ -57,13 +63,14 @@ def _read(file: Path) -> tuple[str, frozenset[Path]]:
     found: list[str] = []
     here = str(file.parent)
     for dots, module, names in _IMPORT.findall(content.decode("utf-8")):
-        base = os.path.normpath(os.path.join(here, *[".."] * (len(dots) - 1), *module.split(".")))
+        root = os.path.join(here, *[".."] * (len(dots) - 1)) if dots.startswith(".") else str(PACKAGE)
+        base = os.path.normpath(os.path.join(root, *module.split(".")))
         found += [f"{base}.py"] if module else []
         found += [
             os.path.join(base, "__init__.py"),
             *(os.path.join(base, f"{name}.py") for name in _NAME.findall(names)),
         ]
-    name = file.relative_to(PACKAGE).as_posix().encode()
+    name = (file.relative_to(PACKAGE).as_posix() if file.is_relative_to(PACKAGE) else file.name).encode()
     digest = hashlib.sha256(name + b"\0" + content).hexdigest()
     return digest, frozenset(Path(place) for place in found if _is_file(place))
 

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..numerics.compiled import compiled
-from .cells import plant
+from .cells import plant as cell
 from .cells.plant import CellConstants
-from .sheet import first_stage, hold_gates, note_activations
+from .sheet import first_stage, note_activations
 
 HEUN_LIMIT = 2.0
 """Largest step times decay rate of Heun's method on the real axis."""
@@ -66,41 +66,40 @@ def excite(
     table: np.ndarray,
     exact: bool,
     level: float,
-    cubed: np.ndarray,
+    instant: np.ndarray,
     work: np.ndarray,
 ) -> int:
     """One conduction step of dt [ms] of the potential at held gates; -1, or the first cell out of range.
 
-    stretch: longitudinal, at the inner faces, (n - 1,). cubed: m^3 at the potential. work: (6, n).
+    stretch: longitudinal, at the inner faces, (n - 1,). instant: of the cell at the potential. work: (3 + HELD, n).
     """
     v = sheet.potential
     n = v.size
     rate_0 = work[0]
     new = work[1]
     spread = work[2]
-    held = work[3:6]
+    held = work[3 : 3 + cell.HELD]
     part = dt / sheet.parts
     conducts = sheet.spread.size > 0
-    calcium = constants.calcium_reversal
     spread[:] = 0.0
-    hold_gates(sheet.gates, sheet.conductances, sheet.current, sheet.conductance, part, constants, 0, n, held)
+    cell.hold(sheet.gates, sheet.conductances, sheet.current, sheet.conductance, part, constants, 0, n, held)
     for p in range(sheet.parts):
         if p > 0:
-            plant.activation_cubed(v, table, exact, cubed, 0, n)
+            cell.respond(v, table, exact, constants, instant, 0, n)
         if conducts:
             three_point(v, sheet.spread, stretch, spread)
-        first_stage(v, spread, cubed, held, part, calcium, 1.0, 0, n, rate_0, new)
-        bad = plant.out_of_range(new)
+        first_stage(v, spread, instant, held, part, constants, 1.0, 0, n, rate_0, new)
+        bad = cell.out_of_range(new)
         if bad >= 0:
             return bad
-        plant.activation_cubed(new, table, exact, cubed, 0, n)
+        cell.respond(new, table, exact, constants, instant, 0, n)
         if conducts:
             three_point(new, sheet.spread, stretch, spread)
         for k in range(n):
             x = new[k]
-            rate = part * spread[k] - held[0, k] * cubed[k] * (x - calcium) - held[1, k] * x + held[2, k]
+            rate = cell.with_current(part * spread[k], x, held, instant, k, constants)
             new[k] = v[k] + 0.5 * (rate_0[k] + rate)
-        bad = plant.out_of_range(new)
+        bad = cell.out_of_range(new)
         if bad >= 0:
             return bad
         note_activations(v, new, level, time, p, part, 0, n, sheet.first_activation, sheet.last_activation)

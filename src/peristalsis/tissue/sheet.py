@@ -2,6 +2,7 @@
 
 A step of length dt is G(dt/2) V(dt) G(dt/2): gates relax exactly at a held potential (Strang), the potential takes
 one stabilised explicit step of second order with held gates. Neighbouring half steps of the gates are one full step.
+What the gates, or other states, and the currents are is known to the cell alone (`cells`).
 
 Tissue that the wave has not reached is at rest. One step in REVIEW, the first of a call among them, looks at the rate
 of every cell; rings outside the stretch in which anything changes, with a margin, wait until the next such step.
@@ -14,7 +15,7 @@ import math
 import numpy as np
 
 from ..numerics.compiled import INDEX, compiled
-from .cells import plant
+from .cells import plant as cell
 from .cells.plant import CellConstants
 from .conduction import diffuse_rings, fill_ghosts
 
@@ -27,42 +28,13 @@ MARGIN = 8
 
 
 @compiled
-def hold_gates(
-    gates: np.ndarray,
-    conductances: np.ndarray,
-    drive: np.ndarray,
-    shunt: np.ndarray,
-    dt: float,
-    constants: CellConstants,
-    low: int,
-    high: int,
-    held: np.ndarray,
-) -> None:
-    """What the gates of the cells low...high - 1 make of the currents over a step of dt [ms], into `held`, (3, n).
-
-    Its rows are fast, slope and offset: -dt I/C = offset - slope*V - fast*m^3(V)*(V - V_Ca) [mV], stimulus and shunt
-    included.
-    """
-    low, high = low & INDEX, high & INDEX
-    scale = dt * constants.kinetics_rate / constants.capacitance
-    per_capacitance = dt / constants.capacitance
-    for k in range(low, high):
-        f, s, o = plant.current_coefficients(
-            gates[0, k], gates[1, k], gates[2, k], gates[3, k], conductances, k, constants
-        )
-        held[0, k] = scale * f
-        held[1, k] = scale * s + per_capacitance * shunt[k]
-        held[2, k] = scale * o + per_capacitance * drive[k]
-
-
-@compiled
 def first_stage(
     v: np.ndarray,
     spread: np.ndarray,
-    cubed: np.ndarray,
+    instant: np.ndarray,
     held: np.ndarray,
     dt: float,
-    calcium: float,
+    constants: CellConstants,
     weight: float,
     low: int,
     high: int,
@@ -71,12 +43,13 @@ def first_stage(
 ) -> None:
     """Stage 1 of the step: its change dt*F(V) [mV] into `rate_0`, its potential into `new`, cells low...high - 1.
 
-    spread: conduction at v [mV/ms]; cubed: m^3 at v; weight: mu~ of `numerics.stabilised`.
+    spread: conduction at v [mV/ms]; instant: of the cell at v; held: by `cell.hold`; weight: mu~ of
+    `numerics.stabilised`.
     """
     low, high = low & INDEX, high & INDEX
     for k in range(low, high):
         x = v[k]
-        rate = dt * spread[k] - held[0, k] * cubed[k] * (x - calcium) - held[1, k] * x + held[2, k]
+        rate = cell.with_current(dt * spread[k], x, held, instant, k, constants)
         rate_0[k] = rate
         new[k] = x + weight * rate
 
@@ -87,10 +60,10 @@ def next_stage(
     last: np.ndarray,
     older: np.ndarray,
     spread: np.ndarray,
-    cubed: np.ndarray,
+    instant: np.ndarray,
     held: np.ndarray,
     dt: float,
-    calcium: float,
+    constants: CellConstants,
     weights: np.ndarray,
     low: int,
     high: int,
@@ -99,14 +72,14 @@ def next_stage(
 ) -> None:
     """A later stage, from the start `v`, the stage before (`last`) and the one before that (`older`).
 
-    spread and cubed belong to `last`; weights: a row of `numerics.stabilised`.
+    spread and instant belong to `last`; weights: a row of `numerics.stabilised`.
     """
     low, high = low & INDEX, high & INDEX
     mu, nu, mu_rate, gamma_rate = weights[0], weights[1], weights[2], weights[3]
     start = 1.0 - mu - nu
     for k in range(low, high):
         x = last[k]
-        rate = dt * spread[k] - held[0, k] * cubed[k] * (x - calcium) - held[1, k] * x + held[2, k]
+        rate = cell.with_current(dt * spread[k], x, held, instant, k, constants)
         new[k] = start * v[k] + mu * x + nu * older[k] + mu_rate * rate + gamma_rate * rate_0[k]
 
 
@@ -147,7 +120,7 @@ def restless(
             low = min(low, k)
             high = k + 1
     if with_gates:
-        for g in range(4):
+        for g in range(gates.shape[0]):
             for k in range(size):
                 if not abs(gates[g, k] - gates_before[g, k]) <= QUIET_GATE:
                     low = min(low, k)
@@ -193,36 +166,35 @@ def advance_sheet(
     inside = padded[:, ghosts : ghosts + size]
     v = potential.copy()
     flux, spread = np.zeros(size + 3 * n_theta), np.zeros(size)
-    rate_0, cubed, held = np.empty(size), np.empty(size), np.empty((3, size))
+    rate_0, instant, held = np.empty(size), np.empty((cell.INSTANT, size)), np.empty((cell.HELD, size))
     conducts = coefficient.size == size - n_theta and size > n_theta
-    calcium = constants.calcium_reversal
     low, high = 0, size
-    bad = plant.first_outside(v, low, high)
+    bad = cell.first_outside(v, low, high)
     if bad >= 0:
         return bad
     gates_before = gates.copy()
-    plant.relax_cells(v, gates, half_table, exact, 0.5 * dt, constants, cubed, low, high)
+    cell.relax_cells(v, gates, half_table, exact, 0.5 * dt, constants, instant, conductances, low, high)
     for step in range(n_steps):
         review = step % REVIEW == 0 and conducts and not exact
         if review:
             low, high = 0, size
-        hold_gates(gates, conductances, drive, shunt, dt, constants, low, high, held)
+        cell.hold(gates, conductances, drive, shunt, dt, constants, low, high, held)
         inside[0] = v
         for j in range(stages.shape[0]):
             last, new = inside[j % 3], inside[(j + 1) % 3]
             if j > 0:
-                bad = plant.first_outside(last, low, high)
+                bad = cell.first_outside(last, low, high)
                 if bad >= 0:
                     return bad
-                plant.activation_cubed(last, table, exact, cubed, low, high)
+                cell.respond(last, table, exact, constants, instant, low, high)
             if conducts:
                 fill_ghosts(padded[j % 3], n_theta)
                 diffuse_rings(padded[j % 3], coefficient, flux, spread, n_theta, low, high)
             if j == 0:
-                first_stage(v, spread, cubed, held, dt, calcium, stages[0, 2], low, high, rate_0, new)
+                first_stage(v, spread, instant, held, dt, constants, stages[0, 2], low, high, rate_0, new)
             else:
                 older = inside[(j + 2) % 3]
-                next_stage(v, last, older, spread, cubed, held, dt, calcium, stages[j], low, high, rate_0, new)
+                next_stage(v, last, older, spread, instant, held, dt, constants, stages[j], low, high, rate_0, new)
             if j == 0 and review:
                 low, high = restless(rate_0, gates, gates_before, step == 0, n_theta)
                 # What waits keeps its potential in every stage.
@@ -230,12 +202,12 @@ def advance_sheet(
                     inside[row, :low] = v[:low]
                     inside[row, high:] = v[high:]
         new = inside[stages.shape[0] % 3]
-        bad = plant.first_outside(new, low, high)
+        bad = cell.first_outside(new, low, high)
         if bad >= 0:
             return bad
         note_activations(v, new, activation_level, time, step, dt, low, high, first_activation, last_activation)
         whole = step < n_steps - 1
         relaxing, span = (table, dt) if whole else (half_table, 0.5 * dt)
-        plant.relax_cells(v, gates, relaxing, exact, span, constants, cubed, low, high)
+        cell.relax_cells(v, gates, relaxing, exact, span, constants, instant, conductances, low, high)
     potential[:] = v
     return -1

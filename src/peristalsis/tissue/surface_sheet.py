@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .cells import plant
+from .cells import plant as cell
 from .cells.plant import CellConstants
-from .sheet import REVIEW, first_stage, hold_gates, next_stage, note_activations, restless
+from .sheet import REVIEW, first_stage, next_stage, note_activations, restless
 from .surface import SurfaceOperator
 
 Floats = NDArray[np.float64]
@@ -48,46 +48,45 @@ def advance_surface_sheet(
     padded = np.zeros((3, size + 2 * ring))
     inside = padded[:, ring : ring + size]
     v = potential.copy()
-    spread, cubed, rate_0 = np.zeros(size), np.empty(size), np.empty(size)
-    held = np.empty((3, size))
-    calcium = constants.calcium_reversal
+    spread, rate_0 = np.zeros(size), np.empty(size)
+    instant, held = np.empty((cell.INSTANT, size)), np.empty((cell.HELD, size))
     low, high = 0, size
-    bad = plant.out_of_range(v)
+    bad = cell.out_of_range(v)
     if bad >= 0:
         return int(bad)
     gates_before = gates.copy()
-    plant.relax_gates(v, gates, half_table, exact, 0.5 * dt, constants, cubed)
+    cell.relax_gates(v, gates, half_table, exact, 0.5 * dt, constants, instant, conductances)
     for step in range(n_steps):
         review = step % REVIEW == 0 and operator is not None and not exact
         if review:
             low, high = 0, size
-        hold_gates(gates, conductances, drive, shunt, dt, constants, low, high, held)
+        cell.hold(gates, conductances, drive, shunt, dt, constants, low, high, held)
         inside[0] = v
         for j in range(len(stages)):
             last, new = inside[j % 3], inside[(j + 1) % 3]
             if j > 0:
-                bad = plant.first_outside(last, low, high)
+                bad = cell.first_outside(last, low, high)
                 if bad >= 0:
                     return int(bad)
-                plant.activation_cubed(last, table, exact, cubed, low, high)
+                cell.respond(last, table, exact, constants, instant, low, high)
             if operator is not None:
                 operator.apply(padded[j % 3], spread)
             if j == 0:
-                first_stage(v, spread, cubed, held, dt, calcium, stages[0, 2], low, high, rate_0, new)
+                first_stage(v, spread, instant, held, dt, constants, stages[0, 2], low, high, rate_0, new)
             else:
                 older = inside[(j + 2) % 3]
-                next_stage(v, last, older, spread, cubed, held, dt, calcium, stages[j], low, high, rate_0, new)
+                next_stage(v, last, older, spread, instant, held, dt, constants, stages[j], low, high, rate_0, new)
             if j == 0 and review and operator is not None:
                 low, high = restless(rate_0, gates, gates_before, step == 0, operator.shape[1])
                 # What waits keeps its potential in every stage.
                 inside[1:, :low], inside[1:, high:] = v[:low], v[high:]
         new = inside[len(stages) % 3]
-        bad = plant.first_outside(new, low, high)
+        bad = cell.first_outside(new, low, high)
         if bad >= 0:
             return int(bad)
         note_activations(v, new, activation_level, time, step, dt, low, high, first_activation, last_activation)
         whole = step < n_steps - 1
         relaxing, span = (table, dt) if whole else (half_table, 0.5 * dt)
-        plant.relax_cells(v, gates, relaxing, exact, span, constants, cubed, low, high)
+        cell.relax_cells(v, gates, relaxing, exact, span, constants, instant, conductances, low, high)
     potential[:] = v
     return -1

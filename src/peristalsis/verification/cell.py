@@ -129,7 +129,7 @@ def _clamped() -> float:
         gates = start.copy()
         table = plant.gate_table(0.25, constants)
         for _ in range(40):
-            plant.relax_gates(np.array([v]), gates, table, True, 0.25, constants, np.empty(1))
+            plant.relax_gates(np.array([v]), gates, table, True, 0.25, constants, np.empty((1, 1)), np.ones((5, 1)))
         h, rate_h, n, rate_n, x, rate_x = plant.gate_targets(v, constants)
         targets, rates = np.array([h, n, x]), np.array([rate_h, rate_n, rate_x])
         wanted = targets + (start[:3, 0] - targets) * np.exp(-10.0 * 0.125 * rates)

@@ -21,6 +21,8 @@ GATES = ("h", "n", "x", "c")
 CONDUCTANCES = ("fast_calcium", "slow_calcium", "potassium", "calcium_potassium", "leak")
 FAST, SLOW, POTASSIUM, CALCIUM_POTASSIUM, LEAK = range(5)
 H, N, X, C = range(4)
+HELD, INSTANT = 3, 1
+"""Rows of `hold`'s coefficients, and of what follows the potential at once."""
 
 TABLE_LOW, TABLE_HIGH, TABLE_STEP = -200.0, 150.0, 0.00625
 """Range and spacing of the tables [mV]; linear between the entries."""
@@ -164,10 +166,11 @@ def relax_gates(
     exact: bool,
     dt: float,
     constants: CellConstants,
-    cubed: np.ndarray,
+    instant: np.ndarray,
+    channels: np.ndarray,
 ) -> None:
-    """Relax h, n, x, c over dt [ms] at held potentials (in range), and leave m^3 at these in `cubed`."""
-    relax_cells(v, gates, table, exact, dt, constants, cubed, min(0, v.size), v.size)
+    """Relax h, n, x, c over dt [ms] at held potentials (in range), and leave m^3 at these in `instant`, (1, n)."""
+    relax_cells(v, gates, table, exact, dt, constants, instant, channels, min(0, v.size), v.size)
 
 
 @compiled
@@ -178,12 +181,14 @@ def relax_cells(
     exact: bool,
     dt: float,
     constants: CellConstants,
-    cubed: np.ndarray,
+    instant: np.ndarray,
+    channels: np.ndarray,
     low: int,
     high: int,
 ) -> None:
     """`relax_gates` of the cells low...high - 1."""
     low, high = low & INDEX, high & INDEX
+    cubed = instant[0]
     calcium_decay = math.exp(-dt * constants.kinetics_rate * constants.calcium_rate)
     influx = 0.5 * constants.calcium_influx
     entry = constants.calcium_entry_potential
@@ -221,9 +226,18 @@ def relax_cells(
 
 
 @compiled
-def activation_cubed(v: np.ndarray, table: np.ndarray, exact: bool, cubed: np.ndarray, low: int, high: int) -> None:
-    """m_infinity^3 at the potentials (in range) of the cells low...high - 1 into `cubed`."""
+def respond(
+    v: np.ndarray,
+    table: np.ndarray,
+    exact: bool,
+    constants: CellConstants,
+    instant: np.ndarray,
+    low: int,
+    high: int,
+) -> None:
+    """What follows the potential at once, m_infinity^3, of the cells low...high - 1 into `instant`, (1, n)."""
     low, high = low & INDEX, high & INDEX
+    cubed = instant[0]
     if exact:
         for k in range(low, high):
             cubed[k] = fast_activation_cubed(v[k])
@@ -250,6 +264,43 @@ def current_coefficients(
         conductances[FAST, node] * h,
         slow + potassium + leak,
         slow * calcium + potassium * constants.potassium_reversal + leak * constants.chloride_reversal,
+    )
+
+
+@compiled
+def hold(
+    gates: np.ndarray,
+    conductances: np.ndarray,
+    drive: np.ndarray,
+    shunt: np.ndarray,
+    dt: float,
+    constants: CellConstants,
+    low: int,
+    high: int,
+    held: np.ndarray,
+) -> None:
+    """Coefficients of the current with gates held over a step of dt [ms], cells low...high - 1, into `held`, (3, n).
+
+    Its rows are fast, slope and offset: -dt I/C = offset - slope*V - fast*m^3(V)*(V - V_Ca) [mV], stimulus and shunt
+    included.
+    """
+    low, high = low & INDEX, high & INDEX
+    scale = dt * constants.kinetics_rate / constants.capacitance
+    per_capacitance = dt / constants.capacitance
+    for k in range(low, high):
+        f, s, o = current_coefficients(gates[0, k], gates[1, k], gates[2, k], gates[3, k], conductances, k, constants)
+        held[0, k] = scale * f
+        held[1, k] = scale * s + per_capacitance * shunt[k]
+        held[2, k] = scale * o + per_capacitance * drive[k]
+
+
+@inlined
+def with_current(
+    rate: float, v: float, held: np.ndarray, instant: np.ndarray, node: int, constants: CellConstants
+) -> float:
+    """A change over a step [mV] and that by the held current at potential v: rate - dt I/C; see `hold`."""
+    return (
+        rate - held[0, node] * instant[0, node] * (v - constants.calcium_reversal) - held[1, node] * v + held[2, node]
     )
 
 
