@@ -29,9 +29,9 @@ class TooSlow(Exception):
     """A run has used up its processor time."""
 
 
-def carry_out(case: Case, limit: float = LIMIT, tell: Tell = lambda _: None) -> Row:
-    """Run one case and return its row: `outcome` is one of finished, refused, diverged, too_slow, traceback."""
-    row: Row = {
+def of_case(case: Case) -> Row:
+    """What every row of a case says of it, whatever became of it."""
+    return {
         "index": case.index,
         "group": case.group,
         "variant": case.variant,
@@ -39,6 +39,13 @@ def carry_out(case: Case, limit: float = LIMIT, tell: Tell = lambda _: None) -> 
         "scenario": case.scenario,
         "reading": case.reading,
         "changes": case.all_changes(),
+    }
+
+
+def carry_out(case: Case, limit: float = LIMIT, tell: Tell = lambda _: None) -> Row:
+    """Run one case and return its row: `outcome` is one of finished, refused, diverged, too_slow, traceback."""
+    row: Row = {
+        **of_case(case),
         "outcome": "traceback",
         "stage": "configuration",
         "words": "",

@@ -10,7 +10,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from .execution import Row, carry_out, second_opinion
+from .execution import Row, carry_out, of_case, second_opinion
 from .plan import Case
 
 Serve = Callable[[Connection, float, bool], None]
@@ -113,13 +113,7 @@ def _lost(one: _Worker, outcome: str, words: str) -> Row:
     case = one.case
     assert case is not None
     return {
-        "index": case.index,
-        "group": case.group,
-        "variant": case.variant,
-        "key": case.key(),
-        "scenario": case.scenario,
-        "reading": case.reading,
-        "changes": case.all_changes(),
+        **of_case(case),
         "outcome": outcome,
         "stage": "run" if one.reached > 0.0 else "start",
         "words": words,

@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .config import Configuration
+from .model.inflation import LOPSIDED
 from .model.model import ACTIVATION_LEVEL, Model
 from .preflight import ACCEPTED, CELL_ERROR, ELEMENT_ERROR, THREE_POINT_ERROR, expected_error, foot_length
 
 Floats = NDArray[np.float64]
 
-LOPSIDED = 1e-2
-"""Difference of the pellet-free tube from its mirror image [cm] beyond which it is one of several equilibria."""
 RECEPTOR_MARGIN = 0.02
 """The receptors' threshold is near where the pellet's girth meets it within this share."""
 FORCE_MARGIN = 0.1

@@ -291,37 +291,41 @@ EVENTS = (
 
 WAVES = (
     Output("wave_layer", ("wave",), "", "layer of a wave", lambda found: found.layer),
-    Output("wave_time", ("wave",), "s", "time at which a wave began", lambda found: found.time),
+    Output("wave_time", ("wave",), "s", "time at which a wave began", lambda found: found.wave.time),
     Output(
         "wave_start",
         ("wave",),
         "cm",
         "place where a wave began, from the oral end of the undeformed tube",
-        lambda found: found.start,
+        lambda found: found.wave.start,
     ),
     Output(
         "wave_end",
         ("wave",),
         "cm",
         "place where a wave ended, from the oral end of the undeformed tube",
-        lambda found: found.end,
+        lambda found: found.wave.end,
     ),
     Output(
         "wave_direction",
         ("wave",),
         "",
         "direction of a wave: antegrade, retrograde, standing or local",
-        lambda found: found.direction,
+        lambda found: found.wave.direction,
     ),
     Output(
-        "wave_speed", ("wave",), "cm/s", "speed of a wave, positive towards the anal end", lambda found: found.speed
+        "wave_speed",
+        ("wave",),
+        "cm/s",
+        "speed of a wave, positive towards the anal end",
+        lambda found: found.wave.speed,
     ),
     Output(
         "wave_origin",
         ("wave",),
         "",
         "what a wave began with: a stimulus, or no stimulus (spontaneous)",
-        lambda found: found.origin,
+        lambda found: found.wave.origin,
     ),
 )
 

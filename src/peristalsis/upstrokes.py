@@ -116,21 +116,15 @@ def _after_a_neighbour(last: Floats, cell: int) -> bool:
 
 
 class Found(NamedTuple):
-    """A wave and its layer: what the outputs over waves are read from; fields as of `waves.Wave`."""
+    """A wave and its layer: what the outputs over waves are read from."""
 
-    time: float
-    start: float
-    end: float
-    direction: str
-    speed: float
-    cells: int
-    origin: str
+    wave: Wave
     layer: str
 
 
 def wave_columns(found: Mapping[str, Sequence[Wave]]) -> dict[str, NDArray[Any]]:
     """The waves of both layers as arrays of `names.WAVES`, in the order of time."""
-    rows = sorted((Found(*wave, layer) for layer, own in found.items() for wave in own), key=lambda one: one.time)
+    rows = sorted((Found(wave, layer) for layer, own in found.items() for wave in own), key=lambda one: one.wave.time)
     columns: dict[str, NDArray[Any]] = {}
     for output in WAVES:
         assert output.value is not None
