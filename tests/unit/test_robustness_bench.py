@@ -142,6 +142,13 @@ def test_numbers_beyond_measure_are_seen_wherever_they_stand() -> None:
     assert rules.complaints(finished(not_finite=["radius"])) == ["not finite: radius"]
 
 
+def test_a_force_beyond_measure_must_be_named_in_a_remark() -> None:
+    summary = {**finished()["summary"], "max_normal_force_mN": 5e6}
+    assert rules.complaints(finished(summary=summary)) == ["insane: max_normal_force_mN = 5e+06"]
+    said = ["max_normal_force_mN = 5e+06: beyond what any tissue bears; use a smaller pellet.radius"]
+    assert rules.complaints(finished(summary=summary, remarks=said)) == []
+
+
 def test_energy_needs_a_remark() -> None:
     summary = {**finished()["summary"], "power_residual": 2e-3}
     assert rules.complaints(finished(summary=summary))
