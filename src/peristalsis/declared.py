@@ -1,0 +1,46 @@
+"""How a part says its numbers: each constant of a cell, a law or a shape, in the file that uses it.
+
+    PARAMETERS = (
+        number("stiffness", 30.0, "mN/cm", "shear modulus times thickness", tag="chosen", lowest=0.0, highest=1e6),
+    )
+
+A configuration sets it as `wall.<name of the law>.stiffness`, with its unit.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, NamedTuple
+
+Tag = Literal["printed", "corrected", "sourced", "chosen", "calibrated"]
+
+
+class Declared(NamedTuple):
+    """One constant of a part. unit: that in which its kernels take it, "1" without one; lowest and highest are allowed.
+
+    tag: where the value comes from; source: the citation, needed for "printed", "corrected", "sourced" and "calibrated".
+    """
+
+    name: str
+    value: float
+    unit: str
+    description: str
+    tag: Tag
+    source: str
+    lowest: float
+    highest: float
+
+
+def number(
+    name: str,
+    value: float,
+    unit: str,
+    description: str,
+    *,
+    tag: Tag = "chosen",
+    source: str = "",
+    lowest: float = -math.inf,
+    highest: float = math.inf,
+) -> Declared:
+    """Declare a constant of a part; see `Declared`."""
+    return Declared(name, value, unit, description, tag, source, lowest, highest)
