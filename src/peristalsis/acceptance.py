@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .config import Configuration
 from .names import ACTIVATION, COORDINATES, EVENTS, OUTPUTS, PROBES, SCALARS, WAVES
-from .recording import ALWAYS, chosen
+from .recording import ALWAYS, chosen, probe_names
 
 LARGEST = 1e15
 """No output of a run is larger, in its own unit."""
@@ -45,9 +45,7 @@ LATER = (
 )
 """Outputs that results of older versions do not have; one that is added to `names` is added here."""
 NEEDED = tuple(
-    name
-    for name in (*(output.name for output in (*COORDINATES, *ACTIVATION, *SCALARS, *PROBES)), *ALWAYS)
-    if name not in LATER
+    name for name in (*(output.name for output in (*COORDINATES, *ACTIVATION, *SCALARS)), *ALWAYS) if name not in LATER
 )
 MAY_BE_EMPTY = ("event", "wave", "probe")
 """Dimensions that may have no length; files leave out what is on them then."""
@@ -90,6 +88,8 @@ def check_sizes(sizes: Mapping[str, int], image: bytes) -> None:
 def check_shapes(shapes: Mapping[str, tuple[tuple[str, ...], tuple[int, ...]]], configuration: Configuration) -> None:
     """Whether outputs (name to dimensions and lengths) are those of a run of this configuration."""
     lengths: dict[str, int] = {}
+    cells = configuration.cells()
+    at_probes = [name for name in probe_names(cells) if name not in LATER]
     # Results of versions in which cells had the columns of the wall know one angle only.
     old = {} if "theta_cell" in shapes else {"theta_cell": "theta"}
     for name, (dimensions, shape) in shapes.items():
@@ -99,7 +99,7 @@ def check_shapes(shapes: Mapping[str, tuple[tuple[str, ...], tuple[int, ...]]], 
             if lengths.setdefault(dimension, length) != length:
                 raise ValueError(f"{name} has another length than others along {dimension}")
     events = (output.name for output in EVENTS if "event" in lengths)
-    for name in (*NEEDED, *chosen(configuration.output.fields), *events):
+    for name in (*NEEDED, *at_probes, *chosen(configuration.output.fields, cells), *events):
         if name not in shapes:
             raise ValueError(f"it lacks {name}")
     grid = configuration.grid

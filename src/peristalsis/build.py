@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +17,12 @@ from .control.sequence import Trigger
 from .geometry.grid import Grid
 from .model.constants import LumenConstants, PelletConstants
 from .model.model import ExplicitScheme, Layer, Model, PacemakerCell, Response
+from .parts import find
 from .pellet import sphere
 from .pellet.friction import FrictionLaw
 from .regions.sampling import factor_field
-from .tissue.cells.plant import CONDUCTANCES, CellConstants
+from .tissue.cell import PLANT, SHIPPED_CELL, Cell, described
+from .tissue.cells.plant import CHANNELS, CellConstants
 from .tissue.surface import Conductivities
 from .units import to_internal
 from .wall.active import ActiveConstants
@@ -42,13 +45,11 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         return since is not None and all(getattr(c, name) is getattr(since, name) for name in (*sections, "regions"))
 
     grid = like.grid if like is not None else _grid(c)
-    cell = cell_constants(c, c.tissue.kinetics_rate)
     dt_wall = to_internal(c.step.wall, "ms")
     return Model(
         grid=grid,
-        cell=cell,
-        longitudinal=like.longitudinal if like and same("longitudinal") else _layer(c, "longitudinal", grid),
-        circular=like.circular if like and same("circular") else _layer(c, "circular", grid),
+        longitudinal=like.longitudinal if like and same("longitudinal", "parts") else _layer(c, "longitudinal", grid),
+        circular=like.circular if like and same("circular", "parts") else _layer(c, "circular", grid),
         wall=like.wall if like and same("wall", "longitudinal", "circular") else _wall(c, grid),
         pellet=PelletConstants(
             present=c.pellet.enabled,
@@ -156,25 +157,39 @@ def cell_constants(c: Configuration, rate: float) -> CellConstants:
     )
 
 
-def diffusivity(c: Configuration, layer: LayerConfiguration) -> float:
+def diffusivity(c: Configuration, layer: LayerConfiguration, capacitance: float) -> float:
     """Diffusivity of a layer along z at stretch 1 [cm^2/s]: M_vs g_i g_o / ((g_i + g_o) C_m), Eqs. (6), (11)."""
     inner, outer = layer.intracellular_axial, layer.extracellular_axial
     series = layer.conductivity_scale * inner * outer / (inner + outer)
-    return 1e3 * c.tissue.volume_to_surface * series / c.tissue.capacitance
+    return 1e3 * c.tissue.volume_to_surface * series / capacitance
 
 
 def _conductances(layer: LayerConfiguration, cells: int) -> np.ndarray:
-    return np.repeat(np.array([[getattr(layer, name)] for name in CONDUCTANCES], dtype=float), cells, axis=1)
+    """Conductances of Plant's cells [mS/cm^2], (5, cells)."""
+    return np.repeat(np.array([[getattr(layer, name)] for name in CHANNELS], dtype=float), cells, axis=1)
+
+
+def cell_of_layer(c: Configuration, name: str) -> tuple[Cell, Any, np.ndarray]:
+    """Cell model of a layer, its constants, and its conductances [mS/cm^2], (channels,), before regions."""
+    chosen = c.cell_of(name)
+    if chosen == PLANT:
+        return SHIPPED_CELL, cell_constants(c, c.tissue.kinetics_rate), _conductances(getattr(c, name), 1)[:, 0]
+    part = find("cell", chosen)
+    cell = described(part.name, part.file)
+    numbers = c.part_numbers(name, part)
+    constants = cell.constants(**{one.name: numbers[one.name] for one in part.parameters})
+    return cell, constants, np.array([numbers[one.name] for one in part.channels], dtype=float)
 
 
 def _layer(c: Configuration, name: str, grid: Grid) -> Layer:
     layer: LayerConfiguration = getattr(c, name)
-    conductances = _conductances(layer, grid.n_z * grid.n_theta_conduction)
-    for channel, row in zip(CONDUCTANCES, conductances, strict=True):
+    cell, constants, channels = cell_of_layer(c, name)
+    conductances = np.repeat(channels[:, None], grid.n_z * grid.n_theta_conduction, axis=1)
+    for channel, row in zip(cell.channels, conductances, strict=True):
         row *= np.ravel(_factors(c, name, channel, grid))
     return Layer(
         conductances=conductances,
-        diffusivity=diffusivity(c, layer),
+        diffusivity=diffusivity(c, layer, constants.capacitance),
         conductivities=Conductivities(
             layer.intracellular_axial,
             layer.extracellular_axial,
@@ -189,6 +204,8 @@ def _layer(c: Configuration, name: str, grid: Grid) -> Layer:
         response=Response(
             *(_factors(c, name, key, grid) for key in ("pacemaker", "trigger", "excitation", "inhibition"))
         ),
+        constants=constants,
+        cell=cell,
     )
 
 
@@ -231,7 +248,7 @@ def _pacemaker_cell(c: Configuration) -> PacemakerCell | None:
     if c.pacemaker.kind != "cell":
         return None
     conductances = _conductances(c.longitudinal, 1)
-    conductances[CONDUCTANCES.index("slow_calcium"), 0] = c.pacemaker.cell_slow_calcium
+    conductances[CHANNELS.index("slow_calcium"), 0] = c.pacemaker.cell_slow_calcium
     constants = cell_constants(c, c.pacemaker.cell_rate)
     angle, sector = to_internal(c.pacemaker.angle, "deg"), to_internal(c.pacemaker.angular_width, "deg")
     p = c.pacemaker

@@ -24,11 +24,14 @@ from typing import Annotated, Any, Literal, Self, get_args, get_origin
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 from pydantic.fields import FieldInfo
 
+from peristalsis import choices as part_choices
 from peristalsis import tables, units
 from peristalsis.consistency import check
 from peristalsis.disk import read_regular
 from peristalsis.errors import ConfigurationError, UnknownKeyError, shown, suggestion
 from peristalsis.parameters import PARAMETERS, READINGS, Parameter, Value, shipped
+from peristalsis.parts import Part, find
+from peristalsis.parts import parts as known_parts
 from peristalsis.paths import beside_file, located
 from peristalsis.protocols import Protocol, values_at
 from peristalsis.protocols import parse as parse_protocol
@@ -56,6 +59,8 @@ _LONG_KEY = re.compile(rf"(?:{_PART}[ \t]*+\.[ \t]*+){{16}}")
 
 WITHOUT_EFFECT = ("run.checkpoint",)
 """Parameters that change how a run is carried out and no number of it: they are not part of its digest."""
+SLOTS = tuple(part_choices.SLOTS)
+"""Parameters that choose a part; where they choose the shipped one the digest is that of a configuration without them."""
 ENDS = ("run.duration", "run.stop_when_expelled", "run.stop_when_arrested", "run.stop_position")
 """Parameters that say when a run ends, and change nothing before."""
 
@@ -108,6 +113,7 @@ class Pellet(Section):
     """The rigid sphere."""
 
     enabled: bool = parameter("pellet.enabled")
+    shape: str = parameter("pellet.shape")
     radius: float = parameter("pellet.radius", gt=0, le=20)
     viscous_friction: float = parameter("pellet.viscous_friction", gt=0, le=1e7)
     dry_friction: float = parameter("pellet.dry_friction", ge=0, le=1e7)
@@ -136,6 +142,7 @@ class Wall(Section):
     anal_end: Literal["open", "closed"] = parameter("wall.anal_end")
     inertia: bool = parameter("wall.inertia")
     viscosity: float = parameter("wall.viscosity", gt=0, le=1e6)
+    law: str = parameter("wall.law")
     tension: Literal["published", "consistent"] = parameter("wall.tension")
     c1: float = parameter("wall.c1", ge=0, le=1e6)
     c2: float = parameter("wall.c2", ge=0, le=1e6)
@@ -159,6 +166,7 @@ class Wall(Section):
 class Layer(Section):
     """One muscle layer: its pull, its currents and its conduction."""
 
+    cell: str = parameter("layer.cell")
     active: float = parameter("layer.active", ge=0, le=100)
     threshold: float = parameter("layer.threshold", ge=-200, le=100)
     c7: float = parameter("layer.c7", ge=-1e5, le=1e5)
@@ -180,6 +188,7 @@ class Layer(Section):
 class Tissue(Section):
     """What both layers share."""
 
+    cell: str = parameter("tissue.cell")
     capacitance: float = parameter("tissue.capacitance", gt=0, le=1000)
     volume_to_surface: float = parameter("tissue.volume_to_surface", gt=0, le=10)
     kinetics_rate: float = parameter("tissue.kinetics_rate", gt=0, le=100)
@@ -352,6 +361,7 @@ class Configuration(BaseModel):
     )
     stimuli: tuple[Stimulus, ...] = Field(default=(), description="currents at listed times, one line of text each")
     regions: tuple[Region, ...] = Field(default=(), description="parts of the wall whose tissue differs")
+    parts: tuple[tuple[str, float], ...] = Field(default=(), description="numbers of the chosen parts, by key")
     pellet: Pellet = Field(default_factory=Pellet)
     lumen: Lumen = Field(default_factory=Lumen)
     wall: Wall = Field(default_factory=Wall)
@@ -371,9 +381,11 @@ class Configuration(BaseModel):
 
     def __init__(self, **data: Any) -> None:
         given = _flatten(data)
-        complete = _nest({**_written_defaults(_reading_of(given)), **given})
+        complete = {**_written_defaults(_reading_of(given)), **given}
+        of_parts = {key: complete.pop(key) for key in given if key.count(".") == 2}
+        numbers = part_choices.complete(of_parts, part_choices.chosen(complete))
         try:
-            super().__init__(**complete)
+            super().__init__(**_nest(complete), parts=numbers)
         except ValidationError as error:
             raise _explain(error) from None
         check(self)
@@ -399,9 +411,43 @@ class Configuration(BaseModel):
         """As `with_changes`, with the values as they stand in a file: a quoted "true" is not a switch."""
         given = _flatten(tree)
         kept = self.texts()
+        if any(key in given for key in SLOTS):  # numbers of a part that is chosen no more go with it
+            kept = {key: value for key, value in kept.items() if key.count(".") < 2 or self._still(key, given)}
         if "reading" in given:
             kept |= _reading_numbers(_reading_of(given))
         return type(self)(**{**kept, **given})
+
+    def _still(self, key: str, given: Mapping[str, Any]) -> bool:
+        """Whether the part that a key of three names belongs to stays chosen by changes."""
+        slots = part_choices.chosen({**{slot: self.flat()[slot] for slot in SLOTS}, **given})
+        section, name, _ = key.split(".")
+        layers = [slots[f"{layer}.cell"].name for layer in LAYERS]
+        if section == "tissue":
+            return name in layers
+        return slots[f"{section}.{part_choices.SECTIONS[section]}"].name == name
+
+    def cell_of(self, layer: str) -> str:
+        """Name of the cell model of the longitudinal or the circular layer."""
+        own: str = getattr(self, layer).cell
+        return self.tissue.cell if own == part_choices.COMMON else own
+
+    def cells(self) -> dict[str, Part]:
+        """Cell model of each layer."""
+        return {layer: find("cell", self.cell_of(layer)) for layer in LAYERS}
+
+    def capacitance_of(self, layer: str) -> float:
+        """Capacitance of the cells of a layer [uF/cm^2]."""
+        part = find("cell", self.cell_of(layer))
+        return self.part_numbers(layer, part)["capacitance"] if part.parameters else self.tissue.capacitance
+
+    def part_numbers(self, section: str, part: Part) -> dict[str, float]:
+        """Numbers of a chosen part by name; section: that of its slot, a layer's own numbers before the tissue's."""
+        numbers = dict(self.parts)
+        found = {}
+        for one in part.numbers:
+            own = f"{section}.{part.name}.{one.name}"
+            found[one.name] = numbers[own] if own in numbers else numbers[f"tissue.{part.name}.{one.name}"]
+        return found
 
     def with_reading(self, reading: str) -> Self:
         """The same under another reading: its numbers replace what stood at their keys."""
@@ -414,7 +460,7 @@ class Configuration(BaseModel):
         values["stimuli"] = self.stimuli
         for spec in FIELDS.values():
             values[spec.key] = getattr(getattr(self, spec.section), spec.name)
-        return values
+        return values | dict(self.parts)
 
     def texts(self) -> dict[str, Any]:
         """Dotted key to value as it is written in a file: numbers with their units."""
@@ -447,6 +493,13 @@ class Configuration(BaseModel):
                 description=about.description,
                 shipped=about.value,
             )
+        for key, value in self.parts:
+            one = part_choices.declared(key)
+            assert one is not None
+            tag = one.tag
+            if value != one.value:
+                tag = "set by scenario" if scenario_values.get(key) == value else "set by user"
+            yield Entry(key, value, one.unit, tag, one.source, "", one.description, float(one.value))
 
     @field_validator("protocols", mode="before")
     @classmethod
@@ -487,8 +540,12 @@ class Configuration(BaseModel):
         sections: dict[str, dict[str, float]] = {}
         for key, value in values.items():
             section, _, name = key.partition(".")
-            sections.setdefault(section, {})[name] = value
-        update = {name: getattr(self, name).model_copy(update=fields) for name, fields in sections.items()}
+            if key.count(".") < 2:
+                sections.setdefault(section, {})[name] = value
+        update: dict[str, Any] = {name: getattr(self, name).model_copy(update=fields) for name, fields in sections.items()}
+        of_parts = {key: value for key, value in values.items() if key.count(".") == 2}
+        if of_parts:
+            update["parts"] = tuple((dict(self.parts) | of_parts).items())
         return self.model_copy(update=update)
 
     def naming_tables(self) -> tuple[str, ...]:
@@ -529,6 +586,7 @@ class Configuration(BaseModel):
         ends: False leaves out when the run ends: equal then are runs of which one is the beginning of the other.
         """
         without = WITHOUT_EFFECT if ends else (*WITHOUT_EFFECT, *ENDS)
+        without = (*without, *(key for key in SLOTS if self.flat()[key] == PARAMETERS[key].value))
         texts = {key: text for key, text in self.texts().items() if key not in without}
         canonical = json.dumps(texts, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
         return hashlib.sha256(canonical.encode("ascii")).hexdigest()
@@ -563,10 +621,14 @@ def json_schema() -> dict[str, Any]:
         spec = FIELDS[key]
         table = sections.setdefault(spec.section, {"type": "object", "additionalProperties": False, "properties": {}})
         table["properties"][spec.name] = _schema_of(spec, about)
+    for section, kind in part_choices.SECTIONS.items():
+        for part in known_parts(kind).values():
+            if part.numbers:
+                sections[section]["properties"][part.name] = _schema_of_part(part)
     names: dict[str, Any] = {
         name: {"type": "string", "default": field.default, "description": field.description}
         for name, field in Configuration.model_fields.items()
-        if name not in (*_SECTIONS, "protocols", "stimuli", "regions")
+        if name not in (*_SECTIONS, "protocols", "stimuli", "regions", "parts")
     }
     lines = Configuration.model_fields["protocols"].description
     names["protocols"] = {"type": "array", "items": {"type": "string"}, "default": [], "description": lines}
@@ -637,7 +699,7 @@ def _kind(field: FieldInfo) -> str:
         return "choice"
     if get_origin(annotation) is tuple:
         return "names" if get_args(annotation)[0] is str else "list"
-    return {bool: "switch", int: "integer", float: "number"}[annotation]  # type: ignore[index]
+    return {bool: "switch", int: "integer", float: "number", str: "part"}[annotation]  # type: ignore[index]
 
 
 def _bounds(field: FieldInfo) -> dict[str, float]:
@@ -674,12 +736,51 @@ _SECTIONS: dict[str, type[Section]] = {
     for name, field in Configuration.model_fields.items()
     if isinstance(field.annotation, type) and issubclass(field.annotation, Section)
 }
-FIELDS: Mapping[str, FieldSpec] = {spec.key: spec for spec in _specs()}
 
 
-def _numbers() -> dict[str, str]:
+class _Fields(Mapping[str, FieldSpec]):
+    """Every field by its key; numbers of known parts are found by theirs and not listed."""
+
+    def __init__(self, specs: Iterator[FieldSpec]) -> None:
+        self._own = {spec.key: spec for spec in specs}
+
+    def __getitem__(self, key: str) -> FieldSpec:
+        if key in self._own:
+            return self._own[key]
+        one = part_choices.declared(key)
+        if one is None:
+            raise KeyError(key)
+        section, _, name = key.partition(".")
+        return FieldSpec(key, section, name, "number", one.unit, (), {"ge": one.lowest, "le": one.highest})
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._own)
+
+    def __len__(self) -> int:
+        return len(self._own)
+
+
+FIELDS: Mapping[str, FieldSpec] = _Fields(_specs())
+
+
+class _Numbers(Mapping[str, str]):
+    """Every numeric parameter with its canonical unit; those of known parts are found and not listed."""
+
+    def __getitem__(self, key: str) -> str:
+        if key not in FIELDS or FIELDS[key].kind != "number":
+            raise KeyError(key)
+        return FIELDS[key].unit
+
+    def __iter__(self) -> Iterator[str]:
+        return (key for key, spec in FIELDS.items() if spec.kind == "number")
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+
+def _numbers() -> Mapping[str, str]:
     """Every numeric parameter with its canonical unit."""
-    return {key: spec.unit for key, spec in FIELDS.items() if spec.kind == "number"}
+    return _Numbers()
 
 
 KEYS = ("reading", "scenario", "protocols", "stimuli", "regions", *FIELDS)
@@ -710,12 +811,20 @@ def _flatten(tree: Mapping[Any, Any]) -> dict[str, Any]:
                 f"for example {name}.{next(iter(_SECTIONS[name].model_fields))}"
             )
         for inner_name, inner in value.items():
-            _put(flat, f"{name}.{inner_name}" if isinstance(inner_name, str) else inner_name, inner)
+            key = f"{name}.{inner_name}" if isinstance(inner_name, str) else inner_name
+            if isinstance(inner, Mapping) and name in part_choices.SECTIONS and key not in FIELDS:
+                for last, number in inner.items():
+                    _put(flat, f"{key}.{last}", number)
+            else:
+                _put(flat, key, inner)
     return flat
 
 
 def _put(flat: dict[str, Any], key: object, value: object) -> None:
-    if not isinstance(key, str) or key not in KEYS:
+    if isinstance(key, str) and key.count(".") == 2 and key.partition(".")[0] in part_choices.SECTIONS:
+        if key not in FIELDS:
+            part_choices.refuse_unknown(key)
+    elif not isinstance(key, str) or key not in KEYS:
         known = (*KEYS, *_SECTIONS)
         fix = suggestion(key, known) if isinstance(key, str) else "keys are text such as pellet.radius"
         raise UnknownKeyError(f"{shown(key)} is not a parameter; {fix}")
@@ -800,6 +909,8 @@ def _schema_of(spec: FieldSpec, about: Parameter) -> dict[str, Any]:
     schema: dict[str, Any]
     if spec.kind in ("choice", "names"):
         schema = {"type": "string", "enum": list(spec.choices)}
+    elif spec.kind == "part":
+        schema = {"type": "string", "description": about.description}
     elif spec.kind == "switch":
         schema = {"type": "boolean"}
     elif spec.kind == "integer":
@@ -813,6 +924,15 @@ def _schema_of(spec: FieldSpec, about: Parameter) -> dict[str, Any]:
         schema = {"type": "array", "items": schema}
     origin = {"description": about.description, "x-tag": about.tag, "x-source": about.source}
     return schema | {"default": units.written(about.value, about.unit)} | origin
+
+
+def _schema_of_part(part: Part) -> dict[str, Any]:
+    table: dict[str, Any] = {"type": "object", "additionalProperties": False, "properties": {}, "description": part.title}
+    for one in part.numbers:
+        about = Parameter(one.name, float(one.value), one.unit, one.tag, one.source, one.description)
+        spec = FieldSpec(one.name, "", one.name, "number", one.unit, (), {"ge": one.lowest, "le": one.highest})
+        table["properties"][one.name] = _schema_of(spec, about)
+    return table
 
 
 # --- refusal --------------------------------------------------------------------------------------

@@ -9,14 +9,18 @@ import math
 from typing import TYPE_CHECKING
 
 from peristalsis import units
-from peristalsis.errors import ConfigurationError
+from peristalsis.choices import declared
+from peristalsis.errors import ConfigurationError, suggestion
 from peristalsis.parameters import PARAMETERS
+from peristalsis.parts import SHIPPED, parts
 from peristalsis.recording import Recording, planned
 from peristalsis.regions import check as check_regions
 
 if TYPE_CHECKING:
     from peristalsis.config import Configuration, Wall
 
+PARAMETERS_OF_PLANT = ("fast_calcium", "slow_calcium", "calcium_potassium", "potassium", "leak")
+"""Parameters of a layer that are conductances of Plant's cell."""
 FEWEST_COLUMNS = 4
 LARGEST_GRID = 2_000_000  # nodes of both grids together
 MOST_STEPS = 100_000_000
@@ -37,7 +41,39 @@ def check(config: Configuration) -> None:
         _check_pellet(config)
     _check_places(config)
     _check_control(config)
+    _check_parts(config)
     check_regions(config.regions, config.wall.length, config.wall.radius, config.grid.conduction_columns)
+
+
+def _check_parts(config: Configuration) -> None:
+    """Whether what is asked is there with the chosen parts."""
+    cells = config.cells()
+    shipped = SHIPPED["cell"]
+    plants = PARAMETERS_OF_PLANT
+    for layer, cell in cells.items():
+        if cell.name != shipped and config.solver.integrator == "explicit":
+            _refuse(
+                f"{layer}.cell", cell.name, "the explicit scheme has the cell of the paper only",
+                f"use {shipped}, or solver.integrator = implicit",
+            )  # fmt: skip
+        channels = {one.name for one in cell.channels} if cell.name != shipped else set(plants)
+        others = {one.name for kind in parts("cell").values() for one in kind.channels} | set(plants)
+        for region in config.regions:
+            for quantity, _ in region.factors:
+                concerned = region.layer in ("both", layer)
+                if concerned and quantity in others and quantity not in channels:
+                    raise ConfigurationError(
+                        f"regions: {region.name}: {quantity} is no channel of {cell.name}, the cell of the {layer} layer; "
+                        f"{suggestion(quantity, sorted(channels))}, or give the region to one layer"
+                    )
+        if cell.name != shipped:
+            for protocol in config.time_courses():
+                section, _, name = protocol.parameter.partition(".")
+                if section == layer and name in plants:
+                    _refuse(
+                        f"protocols, {protocol.parameter}", "changes", f"{layer}.cell is {cell.name}, which has no such channel",
+                        f"use {layer}.{cell.name}.{cell.channels[0].name if cell.channels else '...'}",
+                    )  # fmt: skip
 
 
 def _check_protocols(config: Configuration) -> None:
@@ -47,7 +83,8 @@ def _check_protocols(config: Configuration) -> None:
         if protocol.parameter in seen:
             raise ConfigurationError(f"protocols: {protocol.parameter} has two of them; keep one")
         seen.add(protocol.parameter)
-        unit = PARAMETERS[protocol.parameter].unit
+        one = declared(protocol.parameter)
+        unit = one.unit if one is not None else PARAMETERS[protocol.parameter].unit
         for value in dict.fromkeys(protocol.extremes()):
             try:
                 config.overlaid({"protocols": [], "stimuli": [], protocol.parameter: units.written(value, unit)})
@@ -141,7 +178,7 @@ def recording_of(config: Configuration) -> Recording:
     grid, output = config.grid, config.output
     step = units.to_internal(config.step.wall, "ms")
     nodes, cells = (grid.n_z_wall + 1) * grid.n_theta, grid.n_z * grid.conduction_columns
-    return planned(config.run.duration, output.interval, step, nodes, cells, len(output.probes), output.fields)
+    return planned(config.run.duration, output.interval, step, nodes, cells, len(output.probes), output.fields, config.cells())
 
 
 def output_size(config: Configuration) -> float:

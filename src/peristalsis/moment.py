@@ -15,7 +15,7 @@ from .model.friction import dry_friction_now, end_reaction, sliding_speed
 from .model.model import Layer, Model
 from .model.state import SheetState, State
 from .model.step_summary import StepSummary
-from .tissue.cells.plant import CONDUCTANCES, GATES
+from .names import CALCIUM
 from .wall import membrane
 
 Floats = NDArray[np.float64]
@@ -102,16 +102,20 @@ class Moment:
         return self.model.longitudinal if layer == "longitudinal" else self.model.circular
 
     def gate(self, layer: str, gate: str) -> Floats:
-        """A gate of `plant.GATES`, (n_z, n_theta)."""
-        return self.sheet(layer).gates[GATES.index(gate)]
+        """A state of the layer's cell, (n_z, n_theta)."""
+        return self.sheet(layer).gates[self.layer(layer).cell.states.index(gate)]
+
+    def calcium(self, layer: str) -> Floats:
+        """The state that is the calcium of the layer's cell, (n_z, n_theta)."""
+        return self.gate(layer, next(name for name in CALCIUM if name in self.layer(layer).cell.states))
 
     def at_probes(self, field: Floats) -> Floats:
         """A field on cells (n_z, n_theta) at the probes, (n_probes,)."""
         return field[:, 0][self._cells]
 
     def conductance_at_probes(self, layer: str, channel: str) -> Floats:
-        """Conductance of a channel of `plant.CONDUCTANCES` at the probes [mS/cm^2], (n_probes,)."""
-        everywhere = self.layer(layer).conductances[CONDUCTANCES.index(channel)]
+        """Conductance of a channel of the layer's cell at the probes [mS/cm^2], (n_probes,)."""
+        everywhere = self.layer(layer).conductances[self.layer(layer).cell.channels.index(channel)]
         return self.at_probes(everywhere.reshape(self.sheet(layer).potential.shape))
 
 

@@ -23,6 +23,7 @@ from .model.state import State
 from .model.step import advance
 from .numerics.roots import find_root
 from .regions import varies_around
+from .parts import SHIPPED
 from .tissue.resolution import columns_for_speed, front_foot, relative_front_speed
 from .wall.active import ActiveConstants, active_tension
 from .wall.membrane import nominal_tensions
@@ -43,9 +44,14 @@ ACCEPTED = 1.0
 
 
 def foot_length(configuration: Configuration, layer: str) -> float:
-    """Length over which the foot of a layer's wave rises e-fold, D/c [cm], scaled from the measured wave."""
+    """Length over which the foot of a layer's wave rises e-fold, D/c [cm], scaled from the measured wave.
+
+    Infinite where the layer's cells are not Plant's, whose wave was measured: nothing is foreseen of others.
+    """
+    if configuration.cell_of(layer) != SHIPPED["cell"]:
+        return math.inf
     part = configuration.longitudinal if layer == "longitudinal" else configuration.circular
-    spread = diffusivity(configuration, part) / MEASURED_DIFFUSIVITY
+    spread = diffusivity(configuration, part, configuration.capacitance_of(layer)) / MEASURED_DIFFUSIVITY
     pace = configuration.tissue.kinetics_rate / MEASURED_RATE
     return MEASURED_DIFFUSIVITY / MEASURED_SPEED * math.sqrt(spread / pace)
 
@@ -260,10 +266,10 @@ def _around(configuration: Configuration, model: Model) -> list[str]:
         return []
     found = []
     for name, layer in (("longitudinal", model.longitudinal), ("circular", model.circular)):
-        if not layer.conducts:
+        if not layer.conducts or layer.cell.name != SHIPPED["cell"]:
             continue
         g = layer.conductivities
-        foot = front_foot(layer.diffusivity * g.effective_around / g.effective_axial, model.cell.kinetics_rate)
+        foot = front_foot(layer.diffusivity * g.effective_around / g.effective_axial, layer.constants.kinetics_rate)
         share = relative_front_speed(grid.column_width(model.wall.radius), foot)
         if share >= 1.0 - ACCEPTED / 100.0:
             continue

@@ -13,12 +13,13 @@ last one after. A table is a ramp read from a CSV file whose header names the co
 from __future__ import annotations
 
 import bisect
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import cast
 
 from . import tables, units
+from .choices import is_channel
 from .errors import ConfigurationError, shown, suggestion
 from .paths import located
 
@@ -63,7 +64,7 @@ CHANGEABLE_KEYS = (
 def changeable(key: str) -> bool:
     """Whether a parameter may change while a run is under way."""
     section = key.partition(".")[0]
-    return key in CHANGEABLE_KEYS or (section in CHANGEABLE_SECTIONS and key not in FIXED_KEYS)
+    return key in CHANGEABLE_KEYS or is_channel(key) or (section in CHANGEABLE_SECTIONS and key not in FIXED_KEYS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,12 +109,12 @@ class Protocol:
         return f"{self.parameter}: {self.shape} {', '.join(knots)}"
 
 
-def parse(text: object, numbers: dict[str, str]) -> Protocol:
+def parse(text: object, numbers: Mapping[str, str]) -> Protocol:
     """The protocol of a line of text that names its parameter: `parse_all` without "*"."""
     return parse_all(text, numbers)[0]
 
 
-def parse_all(text: object, numbers: dict[str, str]) -> list[Protocol]:
+def parse_all(text: object, numbers: Mapping[str, str]) -> list[Protocol]:
     """The protocols of a line of text, more than one if it is a table of all. numbers: as in `tables.read`.
 
     Raises ConfigurationError naming what is wrong and how to write it.
@@ -168,7 +169,7 @@ def _of_course(key: str, shape: str, one: tables.Course) -> Protocol:
     return Protocol(key, shape, cast("Sequence[float]", one.times), cast("Sequence[float]", one.values), one.name)
 
 
-def _check_key(key: str, numbers: dict[str, str]) -> None:
+def _check_key(key: str, numbers: Mapping[str, str]) -> None:
     if key not in numbers:
         raise ConfigurationError(f"protocols: {shown(key)} is not a numeric parameter; {suggestion(key, numbers)}")
     if not changeable(key):

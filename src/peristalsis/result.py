@@ -27,10 +27,11 @@ from .errors import ConfigurationError, shown
 from .locks import Claim
 from .manifest import FILE as MANIFEST_FILE
 from .manifest import SCHEMA, Manifest
-from .names import CERTAIN, COORDINATES, OUTPUTS, Output
+from .names import CERTAIN, COORDINATES, OUTPUTS, PROBE, Output
 from .netcdf import netcdf_image
 from .paths import located
 from .readonly import ReadOnly, unwritable
+from .recording import probe_names
 from .store import (
     CONFIGURATION_FILE,
     RECORDS,
@@ -342,18 +343,19 @@ def _decoded(image: bytes, remarks: tuple[str, ...], alone: bool) -> Result:
 
     with xarray.open_dataset(io.BytesIO(image), engine="h5netcdf") as stored:
         acceptance.check_sizes({str(name): stored[name].nbytes for name in stored.variables}, image)
-        known = [str(name) for name in stored.variables if name in OUTPUTS]
-        foreign = {name: _foreign(name, stored[name]) for name in map(str, stored.variables) if name not in OUTPUTS}
         if remarks and "schema" in stored.attrs and not alone:
             raise ValueError(f"{MANIFEST_FILE} is missing")
         configuration = Configuration.from_toml(str(stored.attrs["configuration"]))
+        at_probes = probe_names(configuration.cells())  # outputs of its cells are known from here on
+        known = [str(name) for name in stored.variables if name in OUTPUTS]
+        foreign = {name: _foreign(name, stored[name]) for name in map(str, stored.variables) if name not in OUTPUTS}
         summary = json.loads(str(stored.attrs["summary"]))
         acceptance.check_summary(summary, configuration.scenario)
         found = {name: (tuple(map(str, stored[name].dims)), stored[name].shape) for name in known}
         steps = stored.sizes["time_step"]
         for name, output in OUTPUTS.items():  # what lies on a dimension without length is not in the file
             lacking = [one for one in output.dimensions if one in MAY_BE_EMPTY and one not in stored.sizes]
-            if name not in found and lacking:
+            if name not in found and lacking and (output.dimensions != PROBE or name in at_probes):
                 found[name] = output.dimensions, tuple(0 if one in lacking else steps for one in output.dimensions)
         acceptance.check_shapes(found, configuration)
         arrays = {

@@ -47,7 +47,7 @@ from .observers import (
 from .packing import pack, packable, unpack
 from .paths import located
 from .protocols import changeable, values_at
-from .recording import chosen, frames_apart, whole_steps
+from .recording import chosen, frames_apart, probe_names, whole_steps
 from .result import Result, load
 from .store import LAST_STATE
 from .summary import summarise
@@ -88,8 +88,8 @@ class Simulation:
         probes = np.array(configuration.output.probes, dtype=float)
         cells = np.clip((probes / cell).astype(np.int64), 0, self.model.grid.n_z - 1)
         self._scalars = ScalarRecorder()
-        self._fields = FieldRecorder(every, chosen(configuration.output.fields))
-        self._probes = ProbeRecorder(cells)
+        self._fields = FieldRecorder(every, chosen(configuration.output.fields, configuration.cells()))
+        self._probes = ProbeRecorder(cells, probe_names(configuration.cells()))
         self._events = EventRecorder()
         self._upstrokes = UpstrokeRecorder()
         run = configuration.run

@@ -14,6 +14,7 @@ from .config import Configuration
 from .ends import bulges
 from .measures import FASTEST, largest, share_of, speed_of_passage
 from .observers import Expulsion
+from .parts import SHIPPED
 from .preflight import foot_length
 from .result import json_ready
 from .upstrokes import LAYERS
@@ -143,10 +144,12 @@ def fastest_conduction(configuration: Configuration) -> float:
     Several times the speed of its wave on the undeformed cable, which goes with the root of diffusivity times rate: the
     conductances that may be set, and the stretch of a wall, change it by less.
     """
+    if any(cell.name != SHIPPED["cell"] for cell in configuration.cells().values()):
+        return FASTEST  # the speeds were measured with Plant's cell
     if any(quantity == "conductivity" for region in configuration.regions for quantity, _ in region.factors):
         return FASTEST
     speeds = [
-        diffusivity(configuration, layer) / foot_length(configuration, name)
+        diffusivity(configuration, layer, configuration.capacitance_of(name)) / foot_length(configuration, name)
         for name, layer in (("longitudinal", configuration.longitudinal), ("circular", configuration.circular))
         if layer.conduction
     ]

@@ -24,10 +24,10 @@ from .specification import (
     LAYERS,
     MOST_REGIONS,
     MOST_VALUES,
-    QUANTITIES,
     SHAPES,
     WIDEST_EDGE,
     Region,
+    quantities,
 )
 
 LARGEST_FILE = 1_000_000
@@ -71,7 +71,7 @@ def _region(given: object, number: int) -> Region:
     where = f"regions: {name}"
     shape = _choice(given.get("shape"), SHAPES, f"{where}: shape")
     layer = _choice(given.get("layer", "both"), LAYERS, f"{where}: layer")
-    own = {"file", "quantities", *_names(Map)} if shape == "map" else {"edge", *_names(SHAPES[shape]), *QUANTITIES}
+    own = {"file", "quantities", *_names(Map)} if shape == "map" else {"edge", *_names(SHAPES[shape]), *quantities()}
     for key in given:
         if key not in own | {"name", "layer", "shape"}:
             raise UnknownKeyError(f"{where}: {shown(key)} is no key of a {shape}; {_near(key, own)}")
@@ -150,7 +150,7 @@ def _factor(value: object, key: str) -> float:
 
 
 def _factors(given: Mapping[Any, Any], where: str) -> tuple[tuple[str, float], ...]:
-    return tuple((name, _factor(given[name], f"{where}: {name}")) for name in QUANTITIES if name in given)
+    return tuple((name, _factor(given[name], f"{where}: {name}")) for name in quantities() if name in given)
 
 
 def _quantities(given: object, where: str) -> tuple[tuple[str, float], ...]:
@@ -161,8 +161,8 @@ def _quantities(given: object, where: str) -> tuple[tuple[str, float], ...]:
             f"{where}: quantities = {shown(given)}: a map names what it multiplies; give for example ['active']"
         )
     for quantity in listed:
-        _choice(quantity, QUANTITIES, f"{where}: quantities")
-    return tuple((name, 1.0) for name in QUANTITIES if name in listed)
+        _choice(quantity, quantities(), f"{where}: quantities")
+    return tuple((name, 1.0) for name in quantities() if name in listed)
 
 
 # --- maps -----------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from ..errors import ConfigurationError
+from ..parts import parts
 from ..units import format_quantity
 from .shapes import Band, Box, Disc, Map, Shape, Stripes
 
@@ -30,6 +31,15 @@ QUANTITIES: Mapping[str, str] = MappingProxyType(
     }
 )
 """What a region can multiply, by its name in a file."""
+
+
+
+def quantities() -> Mapping[str, str]:
+    """QUANTITIES and the channels of the known cells."""
+    channels = {one.name: cell.name for cell in parts("cell").values() for one in cell.channels}
+    words = {name: f"conductance of the {name} channel of {cell}" for name, cell in channels.items()}
+    return {**QUANTITIES, **{name: text for name, text in words.items() if name not in QUANTITIES}}
+
 
 CIRCULAR_ONLY = ("trigger", "excitation", "inhibition")
 """Quantities of the circular layer: the longitudinal one has no trigger and no part in the reflex."""
@@ -107,9 +117,9 @@ def schema() -> dict[str, Any]:
         "shape": {"type": "string", "enum": list(SHAPES), "description": f"with the keys {words}"},
         "edge": {"type": "string", "x-unit": "cm", "default": "0.0 cm", "description": "width over which factors fade"},
         "file": {"type": "string", "description": "CSV file of a map"},
-        "quantities": {"type": "array", "items": {"enum": list(QUANTITIES)}, "description": "what a map multiplies"},
+        "quantities": {"type": "array", "items": {"enum": list(quantities())}, "description": "what a map multiplies"},
     }
-    for quantity, text in QUANTITIES.items():
+    for quantity, text in quantities().items():
         limits = {"minimum": 0, "maximum": LARGEST_FACTOR}
         properties[quantity] = {"type": "number", **limits, "description": f"factor on the {text}"}
     return {

@@ -9,8 +9,6 @@ from ..build import build
 from ..config import Configuration
 from ..measures import wave_speed
 from ..model.model import ACTIVATION_LEVEL
-from ..tissue.rest import rest_state
-from ..tissue.sheet import advance_sheet
 
 Floats = NDArray[np.float64]
 
@@ -27,8 +25,8 @@ def cable_wave_speed(configuration: Configuration, layer: str = "longitudinal", 
     model = build(configuration)
     part = model.longitudinal if layer == "longitudinal" else model.circular
     n = model.grid.n_z
-    table, half_table = model.tables
-    rest = rest_state(part.conductances[:, 0], model.cell, table, model.exact_kinetics)
+    table, half_table = part.tables(model.dt_cell)
+    rest = part.cell.rest.rest_state(part.conductances[:, 0], part.constants, table, model.exact_kinetics)
     potential, gates = np.full(n, rest.potential), np.repeat(np.array(rest.gates)[:, None], n, axis=1)
     first, last = np.full(n, np.nan), np.full(n, np.nan)
     coefficient = np.full(n - 1, part.diffusivity * 1e-3 / (24.0 * model.grid.cell_size) ** 2)
@@ -37,7 +35,7 @@ def cable_wave_speed(configuration: Configuration, layer: str = "longitudinal", 
     driven = np.where(model.grid.cells < pulse.width, pulse.intensity, 0.0)
     for step in range(round(duration / model.dt_wall)):
         time = step * model.dt_wall
-        advance_sheet(
+        part.cell.advance_sheet(
             potential,
             gates,
             first,
@@ -55,6 +53,6 @@ def cable_wave_speed(configuration: Configuration, layer: str = "longitudinal", 
             half_table,
             model.exact_kinetics,
             ACTIVATION_LEVEL,
-            model.cell,
+            part.constants,
         )
     return wave_speed(model.grid.cells, first * 1e-3)
