@@ -75,7 +75,7 @@ coverage: $(READY)
 	@$(BIN)/python -m coverage report --fail-under=100 --include='$(subst $(space),$(comma),$(strip $(KEPT)))'
 
 verify: test
-	@$(BIN)/peristalsis verify --full --out docs/verification
+	@$(BIN)/python -m verification --full --out docs/verification
 	@$(BIN)/python -m pytest -q -m "slow and not problem"
 
 matrix: $(READY)
@@ -85,7 +85,7 @@ mutants: $(READY)
 	@cd evidence && ../$(BIN)/python mutants.py
 
 bench: $(READY)
-	@$(BIN)/peristalsis bench --full --out docs/benchmarks
+	@$(BIN)/python -m benchmarks --full --out docs/benchmarks
 
 ARGS ?= --workers 2 --halving 20
 robust: $(READY)
@@ -93,7 +93,7 @@ robust: $(READY)
 
 clean:
 	rm -rf $(VENV) build dist .coverage .coverage.* .mypy_cache .pytest_cache .ruff_cache .hypothesis src/*.egg-info
-	find src tests examples -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
+	find src tests verification benchmarks examples -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
 
 $(READY): pyproject.toml constraints.txt $(if $(remake),FORCE)
 	@command -v "$(PYTHON)" >/dev/null 2>&1 || { \

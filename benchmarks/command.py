@@ -1,28 +1,34 @@
-"""`peristalsis bench`: what the program costs, measured section by section and written as pages."""
+"""`python -m benchmarks`: what the program costs, measured section by section and written as pages."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from ..errors import ConfigurationError, WriteError
-from ..paths import located
-from .job import Job
-from .streams import Screen, spelled
+from peristalsis.cli import main as carry_out_line
+from peristalsis.cli.dispatch import Program
+from peristalsis.cli.job import Job
+from peristalsis.cli.streams import Screen, spelled
+from peristalsis.errors import ConfigurationError, WriteError
+from peristalsis.paths import located
 
 if TYPE_CHECKING:
-    from ..benchmark.section import Findings
+    from .section import Findings
 
 OUT = "out/benchmarks"
 
 EXAMPLES = (
-    "peristalsis bench",
-    "peristalsis bench growth precision",
-    "peristalsis bench --full --out docs/benchmarks",
+    "python -m benchmarks",
+    "python -m benchmarks growth precision",
+    "python -m benchmarks --full --out docs/benchmarks",
 )
+
+WITHOUT_WORDS: tuple[str, ...] = ()
+"""An empty command line runs everything that is quick."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +41,10 @@ class BenchOrder:
     anew: bool
 
 
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+@app.command(epilog="\n".join(("\b", "Examples:", *EXAMPLES)))
 def bench(
     names: Annotated[
         list[str] | None,
@@ -64,11 +74,12 @@ def bench(
 
 def carry_out_order(order: BenchOrder, screen: Screen) -> int:
     """Run the sections, show and write what came out; the exit code."""
-    from ..benchmark import report
-    from ..benchmark.ledger import Ledger
-    from ..benchmark.registry import chosen, sections
-    from ..benchmark.section import Bench
-    from ..result import json_ready
+    from peristalsis.result import json_ready
+
+    from . import report
+    from .ledger import Ledger
+    from .registry import chosen, sections
+    from .section import Bench
 
     todo = chosen(order.names)
     ledger = Ledger(order.out)
@@ -103,3 +114,8 @@ def carry_out_order(order: BenchOrder, screen: Screen) -> int:
     met = sum(1 for one in aimed if one.met)
     screen.say(f"{met} of {len(aimed)} aims met; pages in {spelled(order.out)}")
     return 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Carry out a command line (that of the process unless given) and return its exit code; never raises."""
+    return carry_out_line(arguments, Program("python -m benchmarks", __name__))

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..build import build
-from ..config import Configuration
-from ..model.model import ACTIVATION_LEVEL, Model
-from ..numerics.block_band import PADDING, RIGHT, ROWS, solve_blocks_in_place
-from ..tissue.cells import plant
-from ..tissue.sheet import advance_sheet
-from ..wall.assembly import KNOWN_ROWS, WALL_ROWS, set_drives, wall_forces, wall_tangent
+from peristalsis.build import build
+from peristalsis.config import Configuration
+from peristalsis.model.model import ACTIVATION_LEVEL, Model
+from peristalsis.numerics.block_band import PADDING, RIGHT, ROWS, solve_blocks_in_place
+from peristalsis.tissue.cells import plant
+from peristalsis.tissue.sheet import advance_sheet
+from peristalsis.wall.assembly import KNOWN_ROWS, WALL_ROWS, set_drives, wall_forces, wall_tangent
 
 Floats = NDArray[np.float64]
 

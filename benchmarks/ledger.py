@@ -12,9 +12,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from .. import disk
-from ..errors import ConfigurationError, WriteError, shown
-from ..result import json_ready
+from peristalsis import disk
+from peristalsis.errors import ConfigurationError, WriteError, shown
+from peristalsis.result import json_ready
+
 from . import machine
 
 FILE = "measurements.json"

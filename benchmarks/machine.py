@@ -9,18 +9,21 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
-from ..environment import machine, processors, versions
+import peristalsis
+from peristalsis.environment import machine, processors, versions
 
-PACKAGE = Path(__file__).resolve().parents[1]
+PACKAGE = Path(peristalsis.__file__).resolve().parent
+BENCHMARKS = Path(__file__).resolve().parent
 
 
 @cache
 def source() -> str:
-    """Hash of every source file of the package; 16 hexadecimal digits."""
+    """Hash of every source file of the package and of the benchmarks; 16 hexadecimal digits."""
     digest = hashlib.sha256()
-    for file in sorted(PACKAGE.rglob("*.py")):
-        digest.update(file.relative_to(PACKAGE).as_posix().encode())
-        digest.update(file.read_bytes())
+    for home in (PACKAGE, BENCHMARKS):
+        for file in sorted(home.rglob("*.py")):
+            digest.update(file.relative_to(home.parent).as_posix().encode())
+            digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
 
 

@@ -1,13 +1,13 @@
 """Loops that do one thing as fast as this processor can when compiled as every kernel is: the limits of a roofline.
 
-No physics and no result: `peristalsis bench roofline` times them beside the kernels, in the same run.
+No physics and no result: `python -m benchmarks roofline` times them beside the kernels, in the same run.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from .compiled import compiled
+from peristalsis.numerics.compiled import compiled
 
 PAIRS = 8
 """Multiplications and additions that `multiply_add` does for an element and round."""

@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..build import build
-from ..config import Configuration
-from ..measures import wave_speed
-from ..model.model import ACTIVATION_LEVEL, Model
-from ..tissue.cells.plant import CONDUCTANCES
-from ..tissue.rest import rest_state
-from ..tissue.sheet import advance_sheet
+from peristalsis.build import build
+from peristalsis.config import Configuration
+from peristalsis.measures import wave_speed
+from peristalsis.model.model import ACTIVATION_LEVEL, Model
+from peristalsis.tissue.cells.plant import CONDUCTANCES
+from peristalsis.tissue.rest import rest_state
+from peristalsis.tissue.sheet import advance_sheet
+
 from .clock import Timing, once
 
 Floats = NDArray[np.float64]

@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import PeristalsisError
+from peristalsis.errors import PeristalsisError
+
 from .clock import Spent
 
 PEAK = """

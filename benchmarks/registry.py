@@ -8,7 +8,8 @@ from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from types import MappingProxyType
 
-from ..errors import ConfigurationError, shown, suggestion
+from peristalsis.errors import ConfigurationError, shown, suggestion
+
 from . import sections as home
 from .section import Section
 

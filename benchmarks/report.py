@@ -102,7 +102,7 @@ def _index(ledger: Ledger, effort: Effort, sections: Mapping[str, Section], foun
     missing = [name for name in sections if name not in found]
     text = [
         "# Benchmarks",
-        "What a run costs, measured by `peristalsis bench` (`make bench`); do not edit. A number of seconds belongs "
+        "What a run costs, measured by `python -m benchmarks` (`make bench`); do not edit. A number of seconds belongs "
         "to the "
         "machine below and to how busy it was; ratios, exponents and costs per node and step were taken within one "
         "run, "
@@ -115,7 +115,7 @@ def _index(ledger: Ledger, effort: Effort, sections: Mapping[str, Section], foun
         "[figures.csv](figures.csv) · [measurements.json](measurements.json): every measurement with its time and load",
     ]
     if missing:
-        text.append(f"Not run: {', '.join(missing)} (`peristalsis bench {missing[0]}`).")
+        text.append(f"Not run: {', '.join(missing)} (`python -m benchmarks {missing[0]}`).")
     text.append("## Sections")
     text.append("\n".join(f"- [{sections[name].title}]({name}.md)" for name in found))
     return "\n\n".join(text) + "\n"
@@ -128,7 +128,11 @@ def _span(loads: Sequence[float]) -> str:
 
 
 def _page(section: Section, findings: Findings) -> str:
-    text = [f"# {section.title}", "[All figures](README.md). Made by `peristalsis bench`; do not edit.", section.about]
+    text = [
+        f"# {section.title}",
+        "[All figures](README.md). Made by `make bench`; do not edit.",
+        section.about,
+    ]
     lines = [line[1:] for line in rows(section, findings)]
     if lines:
         text.append(table(COLUMNS[1:], lines))
@@ -163,7 +167,7 @@ def draw(plot: Plot) -> Canvas:
     """A plot with logarithmic axes in the style of every figure."""
     from matplotlib.figure import Figure as Canvas
 
-    from ..plots import style
+    from peristalsis.plots import style
 
     with style.applied():
         canvas = Canvas(figsize=(style.WIDTH, 0.62 * style.WIDTH), dpi=style.DPI, layout="constrained")

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import scenarios
-from ..model.model import Model
-from ..model.state import State
-from ..model.step import StepReport
-from ..simulation import Simulation
+from peristalsis import scenarios
+from peristalsis.model.model import Model
+from peristalsis.model.state import State
+from peristalsis.model.step import StepReport
+from peristalsis.simulation import Simulation
+
 from .clock import Spent, Stopwatch
 from .parts import SOLVER, clocked
 from .section import Bench

@@ -1,4 +1,4 @@
-"""Verification: exact problems with known answers, run by `peristalsis verify` and by the tests.
+"""Exact problems with known answers, beside the package: run by `python -m verification` and by the tests.
 
 Families of problems are the modules here that define PROBLEMS; `exact` holds solutions made without the package.
 """

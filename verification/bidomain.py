@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..tissue.bidomain import EllipticError
-from ..tissue.surface import Conductivities
+from peristalsis.tissue.bidomain import EllipticError
+from peristalsis.tissue.surface import Conductivities
+
 from .exact.gaussian import Gaussian
 from .exact.surface import CIRCULAR, LONGITUDINAL, Surface, apply_surface
 from .problem import Outcome, Problem, error, judged, order

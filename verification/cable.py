@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..numerics.stabilised import stability_limit
-from ..tissue.conduction import largest_eigenvalue
+from peristalsis.numerics.stabilised import stability_limit
+from peristalsis.tissue.conduction import largest_eigenvalue
+
 from .exact.cable import PassiveCable, apply_operator, discrete_symbol, hodgkin_rushton, sealed_cable
 from .problem import Check, Outcome, Problem, equal, error, judged, order
 

@@ -7,11 +7,12 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ..build import cell_constants
-from ..config import Configuration
-from ..numerics.stabilised import coefficients
-from ..tissue.cells import plant
-from ..tissue.sheet import advance_sheet
+from peristalsis.build import cell_constants
+from peristalsis.config import Configuration
+from peristalsis.numerics.stabilised import coefficients
+from peristalsis.tissue.cells import plant
+from peristalsis.tissue.sheet import advance_sheet
+
 from .exact.cell import BURSTING_START, ReferenceCell
 from .problem import Check, Outcome, Problem, error, judged, order
 

@@ -1,29 +1,35 @@
-"""`peristalsis verify`: exact problems with known answers, run and written as pages."""
+"""`python -m verification`: exact problems with known answers, run and written as pages."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..errors import ConfigurationError, WriteError
-from ..paths import located
-from .job import Job
-from .streams import Screen, spelled
+from peristalsis.cli import main as carry_out_line
+from peristalsis.cli.dispatch import Program
+from peristalsis.cli.job import Job
+from peristalsis.cli.streams import Screen, spelled
+from peristalsis.errors import ConfigurationError, WriteError
+from peristalsis.paths import located
 
 if TYPE_CHECKING:
-    from ..verification.report import Finding
+    from .report import Finding
 
 OUT = "out/verification"
 FAILED = 1
 
 EXAMPLES = (
-    "peristalsis verify",
-    "peristalsis verify --full --out docs/verification",
-    "peristalsis verify M1 M4 C1",
+    "python -m verification",
+    "python -m verification --full --out docs/verification",
+    "python -m verification M1 M4 C1",
 )
+
+WITHOUT_WORDS: tuple[str, ...] = ()
+"""An empty command line runs everything that is quick."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +41,10 @@ class VerifyOrder:
     out: Path | None
 
 
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+@app.command(epilog="\n".join(("\b", "Examples:", *EXAMPLES)))
 def verify(
     ids: Annotated[
         list[str] | None,
@@ -66,9 +76,9 @@ def verify(
 
 def carry_out_order(order: VerifyOrder, screen: Screen) -> int:
     """Run the problems, show and write what came out; the exit code."""
-    from ..verification import credibility, trace
-    from ..verification.registry import chosen
-    from ..verification.report import COLUMNS, carry_out, counts, tally, write
+    from . import credibility, trace
+    from .registry import chosen
+    from .report import COLUMNS, carry_out, counts, tally, write
 
     problems = chosen(order.ids, order.full)
     screen.line(f"{len(problems)} problems (the first run on a machine also compiles, for up to a minute)")
@@ -89,11 +99,16 @@ def carry_out_order(order: VerifyOrder, screen: Screen) -> int:
                 f"could not write {spelled(order.out)}: {error.strerror or error}; choose another place with --out"
             ) from None
         answer["written"] = [str(file) for file in files]
-    from ..result import json_ready
+    from peristalsis.result import json_ready
 
     screen.answer(json_ready(answer))
     screen.say(tally(findings) + ("" if order.out is None else f"; pages in {spelled(order.out)}"))
     return FAILED if counts(findings)["fail"] else 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Carry out a command line (that of the process unless given) and return its exit code; never raises."""
+    return carry_out_line(arguments, Program("python -m verification", __name__))
 
 
 class _Progress:

@@ -8,14 +8,15 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import DivergenceError
-from ..model.balance import work_of_step
-from ..model.equilibrium import CONVERGED, REASONS, LumenConstants, Step, solve_equilibrium
-from ..model.fields import contact_pressure, corner_tensions, end_reactions, nodal, stretch_of_elements
-from ..model.model import Model
-from ..model.state import State
-from ..numerics.rates import STATIC, RateFormula, rate_formula
-from ..wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL
+from peristalsis.errors import DivergenceError
+from peristalsis.model.balance import work_of_step
+from peristalsis.model.equilibrium import CONVERGED, REASONS, LumenConstants, Step, solve_equilibrium
+from peristalsis.model.fields import contact_pressure, corner_tensions, end_reactions, nodal, stretch_of_elements
+from peristalsis.model.model import Model
+from peristalsis.model.state import State
+from peristalsis.numerics.rates import STATIC, RateFormula, rate_formula
+from peristalsis.wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL
+
 from .exact.pellets import FrictionlessContact
 from .exact.runs import EXACT, IDLE, March, march, started, wave_catches_pellet
 from .exact.wall import axial_invariants, energy, wall_constants

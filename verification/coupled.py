@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from .. import scenarios
-from ..model.balance import Work, momentum_of_step, work_of_step
-from ..model.model import ACTIVATION_LEVEL
-from ..model.step import advance
-from ..simulation import Simulation
-from ..tissue.sheet import advance_sheet
+from peristalsis import scenarios
+from peristalsis.model.balance import Work, momentum_of_step, work_of_step
+from peristalsis.model.model import ACTIVATION_LEVEL
+from peristalsis.model.step import advance
+from peristalsis.simulation import Simulation
+from peristalsis.tissue.sheet import advance_sheet
+
 from .exact.orders import observed_orders
 from .exact.runs import EXACT, IDLE, March, march, started
 from .exact.wall import InflatedTube

@@ -6,7 +6,8 @@ import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..parameters import PARAMETERS, READINGS
+from peristalsis.parameters import PARAMETERS, READINGS
+
 from .registry import TITLES
 from .report import VERDICTS, Finding, counts, table, tally
 
@@ -27,7 +28,7 @@ def page(findings: Sequence[Finding], tier: str) -> str:
     ]
     parts = [
         "# Credibility",
-        "Made by `peristalsis verify` from its results and from the tags of the parameters; do not edit. The words are "
+        "Made by `make verify` from its results and from the tags of the parameters; do not edit. The words are "
         "those of ASME V&V 40 (2018) and of the FDA guidance on computational modeling (2023).",
         f"## Question of interest\n\n{words['question']}",
         f"## Context of use\n\n{words['context']}\n\nInfluence and risk: {words['influence']}\n\nNot for: "

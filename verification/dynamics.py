@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.tube import lumen_volume
-from ..wall.assembly import (
+from peristalsis.geometry.tube import lumen_volume
+from peristalsis.wall.assembly import (
     FORCE_R,
     FORCE_Z,
     HISTORY_HOOP,
@@ -17,7 +17,8 @@ from ..wall.assembly import (
     WALL_ROWS,
     wall_forces,
 )
-from ..wall.membrane import WallConstants
+from peristalsis.wall.membrane import WallConstants
+
 from .exact.cable import apply_operator
 from .exact.manufactured import ManufacturedMotion
 from .exact.runs import EXACT, march

@@ -9,12 +9,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.equilibrium import CONVERGED, LumenConstants, PelletConstants, Step, solve_equilibrium
-from ..model.fields import contact_pressure
-from ..model.friction import dry_friction_now, friction_ahead, sliding_speed
-from ..model.state import PelletState
-from ..pellet.friction import FrictionLaw, dry_friction, sliding_velocity
-from ..wall.passive import PassiveConstants
+from peristalsis.model.equilibrium import CONVERGED, LumenConstants, PelletConstants, Step, solve_equilibrium
+from peristalsis.model.fields import contact_pressure
+from peristalsis.model.friction import dry_friction_now, friction_ahead, sliding_speed
+from peristalsis.model.state import PelletState
+from peristalsis.pellet.friction import FrictionLaw, dry_friction, sliding_velocity
+from peristalsis.wall.passive import PassiveConstants
+
 from .contact import squeezed
 from .exact.pellets import Oscillation, Ramp
 from .exact.wall import wall_constants

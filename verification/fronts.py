@@ -8,7 +8,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import preflight
+from peristalsis import preflight
+
 from .exact.reaction import Nagumo, PathmanathanGray, ReactingCable, mckean_speed
 from .exact.runs import configured
 from .exact.wave import speed

@@ -9,8 +9,9 @@ from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from types import MappingProxyType
 
-from .. import verification as home
-from ..errors import ConfigurationError, shown, suggestion
+import verification as home
+from peristalsis.errors import ConfigurationError, shown, suggestion
+
 from .problem import Problem
 
 FAMILIES = ("E", "B", "M", "C", "F", "X")

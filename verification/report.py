@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .._version import __version__
-from ..errors import PeristalsisError
-from ..result import json_ready
+from peristalsis._version import __version__
+from peristalsis.errors import PeristalsisError
+from peristalsis.result import json_ready
+
 from .problem import Outcome, Problem, Verdict
 from .registry import TITLES
 
@@ -122,8 +123,7 @@ def _page(title: str) -> str:
 def _index(findings: Sequence[Finding], tier: str) -> str:
     text = [
         "# Verification",
-        f"Exact problems with known answers, {tier} tier: {tally(findings)}. "
-        "Made by `peristalsis verify`; do not edit.",
+        f"Exact problems with known answers, {tier} tier: {tally(findings)}. Made by `make verify`; do not edit.",
         "Verdicts follow from the checks of a problem, all listed on the page of its family, with what is accepted. "
         "Orders are gated from both sides on four levels or more, within ±0.1 (±0.2 in C4s and for the damping in M14; "
         "X1 and X5 state a least order). *not applicable* carries its reason. "
@@ -139,7 +139,7 @@ def _index(findings: Sequence[Finding], tier: str) -> str:
 
 
 def _family(title: str, findings: Sequence[Finding]) -> str:
-    text = [f"# {title}", "[All problems](README.md). Made by `peristalsis verify`; do not edit."]
+    text = [f"# {title}", "[All problems](README.md). Made by `make verify`; do not edit."]
     for finding in findings:
         p, o = finding.problem, finding.outcome
         text.append(f"## {p.id}: {p.title} · {o.verdict}")

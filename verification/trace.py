@@ -10,12 +10,18 @@ from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
 
+import peristalsis
+
 from .registry import problems
 from .report import table
 
-PACKAGE = Path(__file__).parents[1]
-NOT_CODE = ("verification", "paper")
-"""Folders that cite equations without computing them for a run."""
+PACKAGE = Path(peristalsis.__file__).parent
+NOT_CODE = ("paper",)
+"""Folders of the package that cite equations without computing them for a run."""
+
+HERE = Path(__file__).parent
+BESIDE = ("exact/kernel.py",)
+"""Files of this folder that compute equations of the paper which no run needs."""
 
 _CITATION = re.compile(r"Eqs?\.\s+((?:\(\d+\)(?:\s*-\s*|,\s*(?:and\s+)?|\s+and\s+|\s+with\s+)?)+)")
 _RANGE = re.compile(r"\((\d+)\)(?:\s*-\s*\((\d+)\))?")
@@ -45,7 +51,7 @@ def cited(text: str) -> set[int]:
 
 @lru_cache(maxsize=1)
 def citations() -> Mapping[int, tuple[str, ...]]:
-    """Equation to the modules that cite it, as paths within the package."""
+    """Equation to the modules that cite it, as paths within the package (`verification/...` beside it)."""
     found: dict[int, list[str]] = {}
     for file in sorted(PACKAGE.rglob("*.py")):
         place = file.relative_to(PACKAGE)
@@ -53,6 +59,9 @@ def citations() -> Mapping[int, tuple[str, ...]]:
             continue
         for number in cited(file.read_text(encoding="utf-8")):
             found.setdefault(number, []).append(place.as_posix())
+    for name in BESIDE:
+        for number in cited((HERE / name).read_text(encoding="utf-8")):
+            found.setdefault(number, []).append(f"{HERE.name}/{name}")
     return MappingProxyType({number: tuple(places) for number, places in found.items()})
 
 
@@ -105,7 +114,7 @@ def page() -> str:
     )
     return (
         "# Equations, code, tests\n\n"
-        'Made by `peristalsis verify`; do not edit. Code is found by its citations ("Eq. (4)"), problems by the '
+        'Made by `make verify`; do not edit. Code is found by its citations ("Eq. (4)"), problems by the '
         "equations that they name; tests and readings stand in `verification/trace.toml`. A test fails where an "
         "equation has no code or nothing that tests it. The equations themselves, printed and read: "
         "[equations](../equations.md).\n\n"

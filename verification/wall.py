@@ -8,12 +8,13 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.fields import end_reactions
-from ..model.state import WallState
-from ..numerics.rates import rate_formula
-from ..wall.active import ActiveConstants
-from ..wall.membrane import WallConstants
-from ..wall.passive import PassiveConstants, passive_tension
+from peristalsis.model.fields import end_reactions
+from peristalsis.model.state import WallState
+from peristalsis.numerics.rates import rate_formula
+from peristalsis.wall.active import ActiveConstants
+from peristalsis.wall.membrane import WallConstants
+from peristalsis.wall.passive import PassiveConstants, passive_tension
+
 from .exact import mooney_rivlin
 from .exact.wall import (
     COUPLED,

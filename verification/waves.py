@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 from scipy.linalg import eigvalsh
 from scipy.optimize import brentq
 
-from ..errors import DivergenceError
-from ..geometry.tube import lumen_volume
-from ..model.explicit_limits import limits
-from ..model.model import Model
-from ..model.state import State
-from ..model.step import advance
-from ..parameters import shipped
-from ..wall.membrane import WallConstants
-from ..wall.passive import PassiveConstants, passive_tension
+from peristalsis.errors import DivergenceError
+from peristalsis.geometry.tube import lumen_volume
+from peristalsis.model.explicit_limits import limits
+from peristalsis.model.model import Model
+from peristalsis.model.state import State
+from peristalsis.model.step import advance
+from peristalsis.parameters import shipped
+from peristalsis.wall.membrane import WallConstants
+from peristalsis.wall.passive import PassiveConstants, passive_tension
+
 from .exact.runs import EXACT, IDLE, March, march, moved, started
 from .exact.wall import InflatedTube, assembled, relax, settle, wall_constants
 from .problem import Check, Outcome, Problem, equal, error, judged, order

@@ -8,7 +8,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from ...config import Configuration
+from peristalsis.config import Configuration
+
 from ..clock import Spent, Timing, plain
 from ..process import code, measured
 from ..runs import reference, track_error, tracked
@@ -20,7 +21,7 @@ GUT = 2.5
 
 CENSUS = (
     "import json, peristalsis as ps; ps.run('baseline', {'run.duration': '0.1 s'});"
-    "from peristalsis.benchmark.census import census; print(json.dumps(vars(census())))"
+    "from benchmarks.census import census; print(json.dumps(vars(census())))"
 )
 
 PHASES = """
@@ -42,7 +43,7 @@ warm_up()
 phase("loading kernels")
 simulation = Simulation(scenarios.configuration("baseline"))
 phase("rest, inflation, insertion")
-from peristalsis.benchmark.parts import SOLVER, clocked
+from benchmarks.parts import SOLVER, clocked
 last = time.perf_counter(), time.process_time()
 with clocked(SOLVER) as spent:
     result = simulation.run()

@@ -8,8 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ...batches import batch
-from ...plan import read_plan
+from peristalsis.batches import batch
+from peristalsis.plan import read_plan
+
 from ..clock import Stopwatch, Timing, exponent, plain
 from ..runs import FINE, stretch
 from ..section import Bench, Figure, Findings, Line, Plot, Section, Table

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ... import scenarios
-from ...simulation import Simulation
+from peristalsis import scenarios
+from peristalsis.simulation import Simulation
+
 from .. import kernels
 from ..clock import in_turns, plain
 from ..section import Bench, Figure, Findings, Section, Table

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...config import Configuration
+from peristalsis.config import Configuration
+
 from ..clock import Spent, Timing, plain
 from ..runs import reference, track_error, tracked
 from ..section import Bench, Figure, Findings, Line, Plot, Section, Table

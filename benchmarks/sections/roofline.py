@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from ...numerics import machine_limits as limits
-from ...tissue.cells.plant import PER_STEP, TABLE_LOW
+from benchmarks import machine_limits as limits
+from peristalsis.tissue.cells.plant import PER_STEP, TABLE_LOW
+
 from .. import kernels
 from ..clock import in_turns, plain
 from ..process import code
 from ..section import Bench, Figure, Findings, Section, Table
 
-COUNT = "from peristalsis.benchmark.counting import main; main()"
+COUNT = "from benchmarks.counting import main; main()"
 IN_CACHE, IN_MEMORY = 2_000, 8_000_000
 ROUNDS, LENGTH = 50, 20_000
 FLOPS = ("add", "multiply", "divide", "root", "function")
@@ -95,7 +96,7 @@ def run(bench: Bench) -> Findings:
     notes = (
         "Flops, reads and writes are counted by running the kernels' own Python source on numbers and arrays that "
         "count "
-        "(`benchmark/counting.py`). *Bytes read and written* count every access, most of which meet registers or the "
+        "(`benchmarks/counting.py`). *Bytes read and written* count every access, most of which meet registers or the "
         "first cache; *bytes of its arrays* are what "
         "each call must touch at least once, compared with the triad in cache, since a run's arrays stay there. "
         "Kernels are compiled without "

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from ... import scenarios
-from ...simulation import Simulation
+from peristalsis import scenarios
+from peristalsis.simulation import Simulation
+
 from ..clock import Stopwatch
 from ..parts import STEP, clocked
 from ..runs import Counter

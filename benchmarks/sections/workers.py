@@ -8,9 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ...batches import batch
-from ...environment import processors
-from ...plan import read_plan
+from peristalsis.batches import batch
+from peristalsis.environment import processors
+from peristalsis.plan import read_plan
+
 from ..section import Bench, Figure, Findings, Section, Table
 
 AIM = 1.85

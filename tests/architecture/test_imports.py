@@ -121,6 +121,24 @@ def test_kernels_live_where_the_cache_looks() -> None:
     assert homes <= set(KERNEL_FOLDERS)
 
 
+def test_every_kernel_file_is_part_of_runs() -> None:
+    """The code version hashes these folders: one that no run needs would void every checkpoint when it is edited."""
+    from peristalsis.numerics.sources import KERNEL_FOLDERS, dependencies
+
+    outside = [f for f in MODULES if f.relative_to(PACKAGE).parts[0] not in KERNEL_FOLDERS]
+    needed = set().union(*(dependencies(file) for file in outside))
+    kernels = {f for f in MODULES if f.relative_to(PACKAGE).parts[0] in KERNEL_FOLDERS and f.name != "__init__.py"}
+    unneeded = {f.relative_to(PACKAGE).as_posix() for f in kernels - needed}
+    assert {name for name in unneeded if not name.startswith("tissue/cells/")} == set()  # cells are parts to choose
+
+
+def test_the_package_stands_without_what_is_beside_it() -> None:
+    """Verification, benchmarks and tests import the package and never the other way: they are not in the wheel."""
+    beside = {"verification", "benchmarks", "robustness", "evidence", "tests"}
+    assert {name for file in MODULES for name in imports(file) if name.split(".")[0] in beside} == set()
+    assert not any((PACKAGE / name).exists() for name in ("verification", "benchmark", "benchmarks"))
+
+
 def test_units_are_converted_at_the_edge_only() -> None:
     """Below the model numbers are bare."""
     for file in MODULES:

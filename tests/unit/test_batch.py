@@ -21,7 +21,7 @@ from peristalsis.environment import code_version
 from peristalsis.errors import ConfigurationError, DivergenceError, InterruptedRun, UnknownKeyError, WriteError
 from peristalsis.plan import MOST_POINTS, Plan, Point, read_plan
 from peristalsis.simulation import Simulation
-from peristalsis.verification.exact.runs import configured
+from verification.exact.runs import configured
 
 TINY = """
 [changes]

@@ -25,7 +25,7 @@ from peristalsis.result import CLOCK, Result
 from peristalsis.runner import KeptRun
 from peristalsis.simulation import Simulation
 from peristalsis.store import CHECKPOINTS, Workspace, unfinished
-from peristalsis.verification.exact.runs import configured
+from verification.exact.runs import configured
 
 COARSE = {"grid.n_z": 60, "grid.n_z_wall": 40, "run.duration": "0.2 s", "output.interval": "20 ms"}
 KINDS: Mapping[str, Mapping[str, object]] = {

@@ -29,9 +29,9 @@ from peristalsis.preflight import Effort, expected_effort
 from peristalsis.store import Workspace
 from peristalsis.tissue.cells import plant
 from peristalsis.tissue.explicit_sheet import Excitable, excite
-from peristalsis.verification.exact.runs import started
-from peristalsis.verification.exact.wall import assembled
 from peristalsis.wall.explicit import INSIDE, add_bending_forces, add_pressure_forces, add_tension_forces
+from verification.exact.runs import started
+from verification.exact.wall import assembled
 
 HEAVY = {"solver.integrator": "explicit", "wall.surface_density": "26.14 g/cm^2"}
 SMALL = HEAVY | {"grid.n_z": 200, "grid.n_z_wall": 50}

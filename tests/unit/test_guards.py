@@ -21,7 +21,7 @@ from peristalsis.model.step import StepReport, advance
 from peristalsis.result import Result
 from peristalsis.runner import KeptRun
 from peristalsis.simulation import Simulation
-from peristalsis.verification.exact.runs import configured
+from verification.exact.runs import configured
 
 COARSE = {"grid.n_z": 60, "grid.n_z_wall": 40, "run.duration": "0.06 s", "output.interval": "10 ms"}
 Spoil = Callable[[State], State]

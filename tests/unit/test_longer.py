@@ -14,7 +14,7 @@ from peristalsis.errors import ConfigurationError, WriteError
 from peristalsis.result import Result
 from peristalsis.simulation import Simulation
 from peristalsis.store import LAST_STATE
-from peristalsis.verification.exact.runs import configured
+from verification.exact.runs import configured
 
 TINY: Mapping[str, object] = {
     "grid.n_z": 50,

@@ -21,7 +21,7 @@ from peristalsis.model.step import StepReport, advance
 from peristalsis.names import FIELDS, OUTPUTS, PROBE, PROBES, SCALARS, STEP, Output
 from peristalsis.observers import FieldRecorder, ProbeRecorder, ScalarRecorder
 from peristalsis.plots.figures import currents, force_budget
-from peristalsis.verification.exact.runs import started
+from verification.exact.runs import started
 
 TINY = {"grid.n_z": 60, "grid.n_z_wall": 40, "run.duration": "0.02 s", "output.interval": "10 ms"}
 CELLS = np.array([7, 31])

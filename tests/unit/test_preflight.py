@@ -13,7 +13,7 @@ from peristalsis import preflight, scenarios
 from peristalsis.build import build
 from peristalsis.config import Configuration
 from peristalsis.simulation import Simulation
-from peristalsis.verification.exact.runs import configured
+from verification.exact.runs import configured
 
 
 def test_shipped_grids_pass() -> None:

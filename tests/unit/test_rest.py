@@ -9,7 +9,7 @@ from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError
 from peristalsis.tissue.cells.plant import CONDUCTANCES, gate_table
 from peristalsis.tissue.rest import NoRestError, RestState, rest_state
-from peristalsis.verification.exact.cell import ReferenceCell
+from verification.exact.cell import ReferenceCell
 
 CONSTANTS = cell_constants(Configuration(), 0.125)
 TABLE = gate_table(0.25, CONSTANTS)

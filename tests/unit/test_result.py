@@ -14,7 +14,7 @@ from peristalsis.measures import wave_speed
 from peristalsis.names import OUTPUTS
 from peristalsis.result import Result, load
 from peristalsis.simulation import Simulation
-from peristalsis.verification.exact.runs import configured
+from verification.exact.runs import configured
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def test_saving_does_without_xarray(result: Result, tmp_path: Path) -> None:
 import sys
 from peristalsis.result import Result
 from peristalsis.simulation import Simulation
-from peristalsis.verification.exact.runs import configured
+from verification.exact.runs import configured
 changes = {{"grid.n_z": 100, "grid.n_z_wall": 60, "run.duration": "4 ms"}}
 Simulation(configured(changes)).run().save({str(tmp_path / "run")!r})
 print("xarray" in sys.modules, "pandas" in sys.modules)

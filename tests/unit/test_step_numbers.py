@@ -14,8 +14,8 @@ from peristalsis.model.fields import end_reactions
 from peristalsis.model.initial import initial_state
 from peristalsis.model.state import WallState
 from peristalsis.model.step import advance
-from peristalsis.verification.exact.runs import IDLE, march, started
-from peristalsis.verification.exact.wall import COUPLED, assembled, wall_constants
+from verification.exact.runs import IDLE, march, started
+from verification.exact.wall import COUPLED, assembled, wall_constants
 
 ELEMENTS = 24
 

@@ -23,7 +23,7 @@ from peristalsis.result import Result
 from peristalsis.runner import KeptRun
 from peristalsis.simulation import Simulation
 from peristalsis.store import Workspace, quarantine, read_manifest, recover, verify
-from peristalsis.verification.exact.runs import configured
+from verification.exact.runs import configured
 
 FIXTURES = Path(__file__).parents[1] / "fixtures"
 TINY = {

@@ -20,7 +20,7 @@ from peristalsis.locks import Claim
 from peristalsis.plan import read_plan
 from peristalsis.runner import KeptRun
 from peristalsis.store import Workspace, verify
-from peristalsis.verification.exact.runs import configured
+from verification.exact.runs import configured
 
 TINY = {"grid.n_z": 40, "grid.n_z_wall": 40, "run.duration": "0.02 s", "output.interval": "10 ms"}
 HOLDER = """

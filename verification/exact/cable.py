@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erfc
 
-from ...numerics.stabilised import coefficients, stages_for
-from ...tissue.cells.plant import LEAK, CellConstants
-from ...tissue.conduction import GHOSTS, diffuse, fill_ghosts, largest_eigenvalue
-from ...tissue.sheet import advance_sheet
+from peristalsis.numerics.stabilised import coefficients, stages_for
+from peristalsis.tissue.cells.plant import LEAK, CellConstants
+from peristalsis.tissue.conduction import GHOSTS, diffuse, fill_ghosts, largest_eigenvalue
+from peristalsis.tissue.sheet import advance_sheet
 
 Floats = NDArray[np.float64]
 

@@ -6,8 +6,9 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from ...tissue.kernel import KernelProblem, Variant, interstitial_source, kernel_current
-from ...tissue.surface import SurfaceSizes
+from peristalsis.tissue.surface import SurfaceSizes
+from verification.exact.kernel import KernelProblem, Variant, interstitial_source, kernel_current
+
 from .surface import LONGITUDINAL
 
 Floats = NDArray[np.float64]

@@ -13,7 +13,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from .surface import Conductivities, SurfaceSizes
+from peristalsis.tissue.surface import Conductivities, SurfaceSizes
 
 Floats = NDArray[np.float64]
 

@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import DivergenceError
-from ...model.equilibrium import CONVERGED, REASONS, LumenConstants, PelletConstants, Step, solve_equilibrium
-from ...numerics.rates import rate_formula
-from ...wall.membrane import WallConstants
+from peristalsis.errors import DivergenceError
+from peristalsis.model.equilibrium import CONVERGED, REASONS, LumenConstants, PelletConstants, Step, solve_equilibrium
+from peristalsis.numerics.rates import rate_formula
+from peristalsis.wall.membrane import WallConstants
+
 from .wall import assembled, gradient
 
 Floats = NDArray[np.float64]

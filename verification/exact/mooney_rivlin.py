@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...wall import assembly, membrane
-from ...wall.membrane import WallConstants
+from peristalsis.wall import assembly, membrane
+from peristalsis.wall.membrane import WallConstants
+
 from .wall import assembled
 
 Floats = NDArray[np.float64]

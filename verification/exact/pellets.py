@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from ...wall.passive import PassiveConstants
+from peristalsis.wall.passive import PassiveConstants
+
 from .wall import energy, gradient
 
 

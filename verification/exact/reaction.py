@@ -13,8 +13,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ...numerics.stabilised import coefficients, stages_for
-from ...tissue.conduction import largest_eigenvalue
+from peristalsis.numerics.stabilised import coefficients, stages_for
+from peristalsis.tissue.conduction import largest_eigenvalue
+
 from .cable import apply_operator
 
 Floats = NDArray[np.float64]

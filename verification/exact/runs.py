@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
-from ... import scenarios
-from ...build import build
-from ...config import Configuration
-from ...model.initial import initial_state
-from ...model.model import Model
-from ...model.state import State
-from ...model.step import advance
+from peristalsis import scenarios
+from peristalsis.build import build
+from peristalsis.config import Configuration
+from peristalsis.model.initial import initial_state
+from peristalsis.model.model import Model
+from peristalsis.model.state import State
+from peristalsis.model.step import advance
 
 SMALL = {
     "grid.n_z": 400,

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from peristalsis.numerics.stabilised import coefficients, stages_for
 from peristalsis.tissue.bidomain import Bidomain
 from peristalsis.tissue.surface import Conductivities, Monodomain, SurfaceOperator, SurfaceSizes
-from peristalsis.verification.exact.cable import discrete_symbol
+from verification.exact.cable import discrete_symbol
 
 Floats = NDArray[np.float64]
 

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from ...build import build
-from ...errors import DivergenceError
-from ...model.constants import LumenConstants, PelletConstants, Step
-from ...model.equilibrium import CONVERGED, REASONS, solve_equilibrium
-from ...numerics.block_band import PADDING, ROWS
-from ...wall.active import ActiveConstants
-from ...wall.assembly import (
+from peristalsis.build import build
+from peristalsis.errors import DivergenceError
+from peristalsis.model.constants import LumenConstants, PelletConstants, Step
+from peristalsis.model.equilibrium import CONVERGED, REASONS, solve_equilibrium
+from peristalsis.numerics.block_band import PADDING, ROWS
+from peristalsis.wall.active import ActiveConstants
+from peristalsis.wall.assembly import (
     FORCE_R,
     FORCE_Z,
     HISTORY_HOOP,
@@ -35,8 +35,9 @@ from ...wall.assembly import (
     wall_forces,
     wall_tangent,
 )
-from ...wall.membrane import WallConstants
-from ...wall.passive import PassiveConstants
+from peristalsis.wall.membrane import WallConstants
+from peristalsis.wall.passive import PassiveConstants
+
 from .runs import EXACT, configured
 
 Floats = NDArray[np.float64]

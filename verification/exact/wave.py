@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...build import build
-from ...measures import wave_speed
-from ...model.initial import initial_state
-from ...model.model import ACTIVATION_LEVEL
-from ...numerics.stabilised import coefficients, stages_for
-from ...tissue.conduction import largest_eigenvalue
-from ...tissue.sheet import advance_sheet
+from peristalsis.build import build
+from peristalsis.measures import wave_speed
+from peristalsis.model.initial import initial_state
+from peristalsis.model.model import ACTIVATION_LEVEL
+from peristalsis.numerics.stabilised import coefficients, stages_for
+from peristalsis.tissue.conduction import largest_eigenvalue
+from peristalsis.tissue.sheet import advance_sheet
+
 from .runs import configured
 
 

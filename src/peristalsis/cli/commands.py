@@ -6,14 +6,10 @@ from typing import Annotated
 
 import typer
 
-from .bench_command import EXAMPLES as BENCH_EXAMPLES
-from .bench_command import bench
 from .inputs import Input
 from .job import Job
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
 from .paper_command import paper
-from .verify_command import EXAMPLES as VERIFY_EXAMPLES
-from .verify_command import verify
 
 EXIT_CODES = (
     "Exit codes: 0 finished, whatever the pellet did; 1 a check ran and failed; 2 bad input; "
@@ -60,11 +56,12 @@ EXAMPLES = {
     "batch": ("peristalsis batch friction.toml", "peristalsis batch friction.toml --workers 2 --out out/friction"),
     "check": ("peristalsis check out/baseline", "peristalsis check out/baseline out/thin --quarantine"),
     "paper": PAPER_EXAMPLES,
-    "verify": VERIFY_EXAMPLES,
-    "bench": BENCH_EXAMPLES,
     "version": ("peristalsis version",),
 }
 """Examples of the help texts, by command; the tests run them."""
+
+WITHOUT_WORDS = ("--help",)
+"""What an empty command line stands for."""
 
 
 def _epilog(command: str) -> str:
@@ -415,8 +412,6 @@ def check_(
 
 
 app.command("paper", epilog=_epilog("paper"))(paper)
-app.command("verify", epilog=_epilog("verify"))(verify)
-app.command("bench", epilog=_epilog("bench"))(bench)
 
 
 @app.command("version", epilog=_epilog("version"))
