@@ -29,7 +29,7 @@ class Patch:
 
 @contextmanager
 def patched(patches: Sequence[Patch]) -> Iterator[Path]:
-    """A temporary tree (src, tests, what stands beside them, pyproject) with the patches applied. Raises ValueError for a text not found."""
+    """A temporary tree of the repository with the patches applied. Raises ValueError for a text not found."""
     with tempfile.TemporaryDirectory(prefix="patched-") as folder:
         tree = Path(folder)
         for name in ("src", "tests", "verification", "benchmarks"):

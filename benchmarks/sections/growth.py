@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from peristalsis.batches import batch
-from peristalsis.plan import read_plan
+from peristalsis.many.batch import batch
+from peristalsis.many.plan import read_plan
 
 from ..clock import Stopwatch, Timing, exponent, plain
 from ..runs import FINE, stretch

@@ -8,9 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from peristalsis.batches import batch
+from peristalsis.many.batch import batch
 from peristalsis.environment import processors
-from peristalsis.plan import read_plan
+from peristalsis.many.plan import read_plan
 
 from ..section import Bench, Figure, Findings, Section, Table
 

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 from ._version import __version__
 
 if TYPE_CHECKING:
-    from .batches import batch
     from .config import Configuration
     from .errors import PeristalsisError
+    from .many.batch import batch
     from .names import Output, register
     from .result import Result, load
     from .runner import run
@@ -44,7 +44,7 @@ _HOMES = {
     "PeristalsisError": ("errors", "PeristalsisError"),
     "Result": ("result", "Result"),
     "Simulation": ("simulation", "Simulation"),
-    "batch": ("batches", "batch"),
+    "batch": ("many.batch", "batch"),
     "configuration": ("scenarios", "configuration"),
     "load": ("result", "load"),
     "register": ("names", "register"),

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from .config import Configuration
 from .errors import ConfigurationError, DivergenceError, InterruptedRun
+from .many.pool import Failure, carry_out
 from .names import CERTAIN
 from .result import UNFINISHED, Result
 from .simulation import Simulation
-from .studies.pool import Failure, carry_out
 
 Floats = NDArray[np.float64]
 

@@ -25,7 +25,7 @@ import verification.command
 from peristalsis import names, scenarios
 from peristalsis.cli.dispatch import dispatch
 from peristalsis.config import Configuration
-from peristalsis.plan import read_plan
+from peristalsis.many.plan import read_plan
 from peristalsis.plots.scene import problem
 
 ROOT = Path(__file__).parents[2]

@@ -18,7 +18,7 @@ from peristalsis import consistency, scenarios
 from peristalsis.cli import main
 from peristalsis.config import FIELDS, KEYS, LARGEST_TEXT, Configuration
 from peristalsis.errors import ConfigurationError
-from peristalsis.plan import TABLES, read_plan
+from peristalsis.many.plan import TABLES, read_plan
 
 NAMES = st.sampled_from([*KEYS, *TABLES, "pellet", "wall", "a", "__class__", "../x"])
 UNITS = st.sampled_from(["cm", "mN*s/cm", "kPa", "s", "ms", "parsec", "cm**cm", "1/0", "°", "\\x00", "{}"])

@@ -9,8 +9,8 @@ import pytest
 import peristalsis as ps
 from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError
+from peristalsis.many.plan import read_plan
 from peristalsis.paths import located
-from peristalsis.plan import read_plan
 
 MARK = "\ufeff"
 TABLE = "time [s],value [kPa]\n0,0.1\n1,0.2\n"

@@ -566,7 +566,7 @@ def test_pickled_objects_are_never_read(copy: Path, tmp_path: Path) -> None:
 
     from peristalsis import packing
     from peristalsis.checkpoint import newest
-    from peristalsis.studies.sweep import Store
+    from peristalsis.many.sweep import Store
 
     class Bomb:
         def __reduce__(self) -> tuple[object, tuple[str]]:
@@ -596,7 +596,7 @@ def test_no_source_reads_code_from_data() -> None:
 def test_all_writes_of_results_go_through_one_door() -> None:
     """A fault that is injected at the door is then one that every write can meet."""
     package = Path(ps.__file__).parent
-    for name in ("store.py", "manifest.py", "checkpoint.py", "packing.py", "result.py", "runner.py", "batches.py"):
+    for name in ("store.py", "manifest.py", "checkpoint.py", "packing.py", "result.py", "runner.py", "many/batch.py"):
         text = (package / name).read_text(encoding="utf-8")
         for word in ("write_bytes", "write_text", "os.replace", "os.rename", "shutil", ".unlink(", '"wb"', '"w"'):
             assert word not in text, f"{name}: {word}"

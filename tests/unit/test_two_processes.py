@@ -12,12 +12,12 @@ import pytest
 
 import peristalsis as ps
 from peristalsis import store
-from peristalsis.batches import batch
 from peristalsis.cli import main
 from peristalsis.disk import Disk
 from peristalsis.errors import WriteError
 from peristalsis.locks import Claim
-from peristalsis.plan import read_plan
+from peristalsis.many.batch import batch
+from peristalsis.many.plan import read_plan
 from peristalsis.runner import KeptRun
 from peristalsis.store import Workspace, verify
 from verification.exact.runs import configured

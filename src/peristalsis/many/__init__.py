@@ -1,1 +1,1 @@
-"""Studies made of runs: the undeformed cable, its calibration."""
+"""Many runs: planned or listed, carried out in processes, each kept under one key; and studies made of them."""

@@ -10,7 +10,6 @@ reading = ["tight", "stretched"]
 
 from __future__ import annotations
 
-import hashlib
 import itertools
 import json
 import math
@@ -20,9 +19,10 @@ from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any
 
-from . import scenarios
-from .config import KEYS, Configuration, read_toml
-from .errors import ConfigurationError, ReadingNotFound, ScenarioNotFound, UnknownKeyError, shown, suggestion
+from .. import scenarios
+from ..config import KEYS, read_toml
+from ..errors import ConfigurationError, ReadingNotFound, ScenarioNotFound, UnknownKeyError, shown, suggestion
+from .rows import Point
 
 MOST_POINTS = 10_000
 LARGEST_FILE = 1024 * 1024
@@ -32,25 +32,6 @@ TABLES = ("scenario", "reading", "changes", "grid", "points")
 LONGEST_NAME = 120
 """Characters of the name of a point of a grid, which is made of its values."""
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,39}")
-
-
-@dataclass(frozen=True)
-class Point:
-    """One run of a batch: its name, what sets it apart (dotted key to value), and its configuration.
-
-    configuration: None where the values are refused; `refusal` says why then.
-    """
-
-    name: str
-    values: Mapping[str, Any]
-    configuration: Configuration | None = None
-    refusal: str | None = None
-
-    def folder(self, code: str) -> str:
-        """Name of the folder of its run: one for each experiment and version of the code, whatever it is called."""
-        if self.configuration is None:
-            return ""
-        return hashlib.sha256(f"{self.configuration.digest()} {code}".encode("ascii")).hexdigest()[:16]
 
 
 @dataclass(frozen=True)

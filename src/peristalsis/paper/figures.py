@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..many.rows import Row
 from ..plots import style
-from ..studies.sweep import Record
 from .experiments import Outcome
 from .flowchart import draw_flowchart
 from .runs import CHANNELS, CURVE, PHASES, phase_name
@@ -56,13 +56,13 @@ def _canvas(width: float, height: float, title: str) -> Canvas:
     return figure
 
 
-def _usable(outcome: Outcome, name: str) -> Record | None:
+def _usable(outcome: Outcome, name: str) -> Row | None:
     record = outcome.records.get(name)
     return record if record is not None and "time_step" in record.arrays else None
 
 
-def _ending(record: Record) -> str:
-    transit = record.numbers.get("transit_s")
+def _ending(record: Row) -> str:
+    transit = record.summary.get("transit_s")
     return f"{transit:.2f} s" if transit is not None else record.status.replace("_", " ")
 
 
@@ -158,7 +158,7 @@ def _sequence(outcomes: Sequence[Outcome]) -> Canvas:
     return figure
 
 
-def _pellet_radius(outcome: Outcome, record: Record) -> float:
+def _pellet_radius(outcome: Outcome, record: Row) -> float:
     from .runs import RUNS
 
     return RUNS["baseline"].configuration(outcome.condition.reading, outcome.condition.variant).pellet.radius
@@ -178,7 +178,7 @@ def _channels(outcomes: Sequence[Outcome]) -> Canvas:
             factors, transits = [], []
             for factor in sorted((*CURVE, 1.0)):
                 record = every.records.get(channel_run(channel, factor))
-                transit = record.numbers.get("transit_s") if record is not None else None
+                transit = record.summary.get("transit_s") if record is not None else None
                 factors.append(factor)
                 transits.append(np.nan if transit is None else transit)
             axes.plot(factors, transits, "o-", color=COLOURS[index], label=every.condition.title, markersize=4)
@@ -233,8 +233,8 @@ def _abstract(outcomes: Sequence[Outcome]) -> Canvas:
     return figure
 
 
-def _text(record: Record, name: str) -> str:
-    value = record.numbers.get(name)
+def _text(record: Row, name: str) -> str:
+    value = record.summary.get(name)
     return "–" if value is None else f"{value:.3g}"
 
 
@@ -250,7 +250,7 @@ def _phases(outcomes: Sequence[Outcome]) -> Canvas:
     above, below = figure.subplots(2, 1, sharex=True)
     for index, outcome in enumerate(outcomes):
         rows = [(delay, outcome.records.get(phase_name(delay))) for delay in PHASES]
-        found = [(delay, record.numbers) for delay, record in rows if record is not None]
+        found = [(delay, record.summary) for delay, record in rows if record is not None]
         delays = [delay for delay, _ in found]
         for axes, key in ((above, "transit_s"), (below, "mixing")):
             values = [np.nan if numbers.get(key) is None else numbers[key] for _, numbers in found]
@@ -277,7 +277,7 @@ def _thresholds(outcomes: Sequence[Outcome]) -> Canvas:
             speeds = []
             for point in found.points:
                 record = outcome.records.get(search.run(point.value).name)
-                speed = record.numbers.get("mean_velocity_cm_s") if record is not None else None
+                speed = record.summary.get("mean_velocity_cm_s") if record is not None else None
                 speeds.append(np.nan if speed is None else speed)
             values = [point.value for point in found.points]
             axes.plot(values, speeds, "o-", color=COLOURS[index], label=outcome.condition.title, markersize=4)
