@@ -53,7 +53,7 @@ demo: $(READY)
 TEST_WORKERS ?= 2
 
 test: $(READY)
-	@$(BIN)/python -m peristalsis.warm_up
+	@$(BIN)/python -m peristalsis.running.warm_up
 	@$(BIN)/python -m pytest -q -n $(TEST_WORKERS) --dist worksteal
 
 lint: $(READY)
@@ -62,7 +62,7 @@ lint: $(READY)
 	$(BIN)/python -m mypy
 
 # Everything that keeps results and reads input must be reached by the tests; of the rest nineteen branches in twenty.
-KEPT := $(foreach name,disk manifest store packing checkpoint config consistency many/plan,*/peristalsis/$(name).py)
+KEPT := $(foreach name,storing/disk storing/manifest storing/store storing/packing storing/checkpoint inputs/config inputs/consistency many/plan,*/peristalsis/$(name).py)
 comma := ,
 space := $(subst x, ,x)
 

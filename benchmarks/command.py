@@ -74,7 +74,7 @@ def bench(
 
 def carry_out_order(order: BenchOrder, screen: Screen) -> int:
     """Run the sections, show and write what came out; the exit code."""
-    from peristalsis.result import json_ready
+    from peristalsis.results.result import json_ready
 
     from . import report
     from .ledger import Ledger

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from peristalsis.build import build
-from peristalsis.config import Configuration
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
 from peristalsis.model.model import ACTIVATION_LEVEL, Model
 from peristalsis.numerics.block_band import PADDING, RIGHT, ROWS, solve_blocks_in_place
 from peristalsis.tissue.cells import plant

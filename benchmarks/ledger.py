@@ -12,9 +12,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from peristalsis import disk
 from peristalsis.errors import ConfigurationError, WriteError, shown
-from peristalsis.result import json_ready
+from peristalsis.results.result import json_ready
+from peristalsis.storing import disk
 
 from . import machine
 

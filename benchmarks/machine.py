@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import peristalsis
-from peristalsis.environment import machine, processors, versions
+from peristalsis.storing.environment import machine, processors, versions
 
 PACKAGE = Path(peristalsis.__file__).resolve().parent
 BENCHMARKS = Path(__file__).resolve().parent

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from peristalsis.build import build
-from peristalsis.config import Configuration
-from peristalsis.measures import wave_speed
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
 from peristalsis.model.model import ACTIVATION_LEVEL, Model
+from peristalsis.results.measures import wave_speed
 from peristalsis.tissue.cells.plant import CONDUCTANCES
 from peristalsis.tissue.rest import rest_state
 from peristalsis.tissue.sheet import advance_sheet

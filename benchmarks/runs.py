@@ -13,7 +13,7 @@ from peristalsis import scenarios
 from peristalsis.model.model import Model
 from peristalsis.model.state import State
 from peristalsis.model.step import StepReport
-from peristalsis.simulation import Simulation
+from peristalsis.running.simulation import Simulation
 
 from .clock import Spent, Stopwatch
 from .parts import SOLVER, clocked

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from common import run_all, save_text, table
 
-from peristalsis.config import Configuration
+from peristalsis.inputs.config import Configuration
 from peristalsis.many.cable import cable_wave_speed
 
 FINEST = {"grid.n_z": 2000, "grid.n_z_wall": 1600, "step.wall": "1 ms", "step.conduction": "0.125 ms"}

@@ -20,7 +20,16 @@ from common import save_text, table
 
 ROOT = Path(__file__).resolve().parents[1]
 COVERAGE = ROOT / "out" / "coverage.json"
-KEPT = ("config.py", "consistency.py", "disk.py", "manifest.py", "store.py", "packing.py", "checkpoint.py", "plan.py")
+KEPT = (
+    "inputs/config.py",
+    "inputs/consistency.py",
+    "storing/disk.py",
+    "storing/manifest.py",
+    "storing/store.py",
+    "storing/packing.py",
+    "storing/checkpoint.py",
+    "many/plan.py",
+)
 """What keeps results and what reads configurations: every branch is to be reached."""
 
 

@@ -19,7 +19,7 @@ from common import save_text, table
 
 import peristalsis as ps
 from peristalsis import scenarios
-from peristalsis.preflight import remarks
+from peristalsis.inputs.preflight import remarks
 
 Case = dict[str, Any]
 WARMING = "10 ms"

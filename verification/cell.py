@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from peristalsis.build import cell_constants
-from peristalsis.config import Configuration
+from peristalsis.inputs.build import cell_constants
+from peristalsis.inputs.config import Configuration
 from peristalsis.numerics.stabilised import coefficients
 from peristalsis.tissue.cells import plant
 from peristalsis.tissue.sheet import advance_sheet

@@ -99,7 +99,7 @@ def carry_out_order(order: VerifyOrder, screen: Screen) -> int:
                 f"could not write {spelled(order.out)}: {error.strerror or error}; choose another place with --out"
             ) from None
         answer["written"] = [str(file) for file in files]
-    from peristalsis.result import json_ready
+    from peristalsis.results.result import json_ready
 
     screen.answer(json_ready(answer))
     screen.say(tally(findings) + ("" if order.out is None else f"; pages in {spelled(order.out)}"))

@@ -15,7 +15,7 @@ from peristalsis import scenarios
 from peristalsis.model.balance import Work, momentum_of_step, work_of_step
 from peristalsis.model.model import ACTIVATION_LEVEL
 from peristalsis.model.step import advance
-from peristalsis.simulation import Simulation
+from peristalsis.running.simulation import Simulation
 from peristalsis.tissue.sheet import advance_sheet
 
 from .exact.orders import observed_orders

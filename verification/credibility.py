@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
-from peristalsis.parameters import PARAMETERS, READINGS
+from peristalsis.inputs.parameters import PARAMETERS, READINGS
 
 from .registry import TITLES
 from .report import VERDICTS, Finding, counts, table, tally

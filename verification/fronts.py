@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from peristalsis import preflight
+from peristalsis.inputs import preflight
 
 from .exact.reaction import Nagumo, PathmanathanGray, ReactingCable, mckean_speed
 from .exact.runs import configured

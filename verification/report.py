@@ -12,7 +12,7 @@ from typing import Any
 
 from peristalsis._version import __version__
 from peristalsis.errors import PeristalsisError
-from peristalsis.result import json_ready
+from peristalsis.results.result import json_ready
 
 from .problem import Outcome, Problem, Verdict
 from .registry import TITLES

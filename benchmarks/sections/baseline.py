@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from peristalsis.config import Configuration
+from peristalsis.inputs.config import Configuration
 
 from ..clock import Spent, Timing, plain
 from ..process import code, measured
@@ -35,10 +35,10 @@ def phase(name):
     found.append((name, now[0] - last[0], now[1] - last[1]))
     last = now
 from peristalsis import scenarios
-from peristalsis.runner import run
-from peristalsis.simulation import Simulation
+from peristalsis.running.runner import run
+from peristalsis.running.simulation import Simulation
 phase("imports for a run")
-from peristalsis.warm_up import warm_up
+from peristalsis.running.warm_up import warm_up
 warm_up()
 phase("loading kernels")
 simulation = Simulation(scenarios.configuration("baseline"))

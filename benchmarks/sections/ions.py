@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from peristalsis import scenarios
-from peristalsis.simulation import Simulation
+from peristalsis.running.simulation import Simulation
 
 from .. import kernels
 from ..clock import in_turns, plain

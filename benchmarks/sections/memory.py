@@ -11,7 +11,7 @@ from ..section import Bench, Figure, Findings, Section, Table
 RUN = "import peristalsis as ps; ps.run('baseline', {changes!r})"
 CASES = {
     "interpreter with numpy": "import numpy",
-    "package and kernels, no run": "from peristalsis.warm_up import warm_up; warm_up()",
+    "package and kernels, no run": "from peristalsis.running.warm_up import warm_up; warm_up()",
     "baseline": RUN.format(changes={}),
     "6400 cells, 5120 elements": RUN.format(
         changes={**FINE, "grid.n_z": 6400, "grid.n_z_wall": 5120, "run.duration": "0.2 s"}

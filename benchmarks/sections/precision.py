@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from peristalsis.config import Configuration
+from peristalsis.inputs.config import Configuration
 
 from ..clock import Spent, Timing, plain
 from ..runs import reference, track_error, tracked

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from peristalsis import scenarios
-from peristalsis.simulation import Simulation
+from peristalsis.running.simulation import Simulation
 
 from ..clock import Stopwatch
 from ..parts import STEP, clocked

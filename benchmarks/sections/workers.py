@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from peristalsis.many.batch import batch
-from peristalsis.environment import processors
 from peristalsis.many.plan import read_plan
+from peristalsis.storing.environment import processors
 
 from ..section import Bench, Figure, Findings, Section, Table
 

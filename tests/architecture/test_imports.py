@@ -96,7 +96,7 @@ def test_arrows_point_down(file: Path) -> None:
         ("numerics/new.py", "from peristalsis.geometry.grid import Grid"),
         ("control/new.py", "def f():\n    from ..pellet import sphere"),
         ("geometry/new.py", "from .. import model"),
-        ("model/new.py", "import peristalsis.config"),
+        ("model/new.py", "import peristalsis.inputs.config"),
     ],
 )
 def test_rule_can_be_broken(tmp_path: Path, place: str, line: str) -> None:
@@ -154,7 +154,7 @@ def test_units_are_converted_at_the_edge_only() -> None:
             assert not any(layer(name) == "units" for name in imports(file)), file.name
 
 
-@pytest.mark.parametrize("module", ["peristalsis", "peristalsis.config", "peristalsis.scenarios"])
+@pytest.mark.parametrize("module", ["peristalsis", "peristalsis.inputs.config", "peristalsis.scenarios"])
 def test_imports_are_light(module: str) -> None:
     """Reading a configuration must not wait for numpy, a compiler or a plotting library."""
     heavy = ("numpy", "numba", "scipy", "matplotlib", "xarray", "h5py")

@@ -24,7 +24,7 @@ import peristalsis as ps
 import verification.command
 from peristalsis import names, scenarios
 from peristalsis.cli.dispatch import dispatch
-from peristalsis.config import Configuration
+from peristalsis.inputs.config import Configuration
 from peristalsis.many.plan import read_plan
 from peristalsis.plots.scene import problem
 

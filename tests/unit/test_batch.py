@@ -12,17 +12,17 @@ from pathlib import Path
 import pytest
 
 import peristalsis as ps
-from peristalsis import disk, store
-from peristalsis.checkpoint import Checkpoints
 from peristalsis.cli import main
-from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError, DivergenceError, InterruptedRun, UnknownKeyError, WriteError
+from peristalsis.inputs.config import Configuration
 from peristalsis.many import batch as batches
 from peristalsis.many.batch import Batch, batch
 from peristalsis.many.plan import MOST_POINTS, Plan, read_plan
 from peristalsis.many.rows import Point, Row, Step, key_of
 from peristalsis.many.table import table as table_of
-from peristalsis.simulation import Simulation
+from peristalsis.running.simulation import Simulation
+from peristalsis.storing import disk, store
+from peristalsis.storing.checkpoint import Checkpoints
 from verification.exact.runs import configured
 
 TINY = """

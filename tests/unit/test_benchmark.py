@@ -21,7 +21,7 @@ from benchmarks.runs import track_error, tracked
 from benchmarks.section import Bench, Figure, Findings, Line, Plot, Section, Table
 from benchmarks.sections.explicit import quoted
 from peristalsis.errors import ConfigurationError, InterruptedRun, PeristalsisError, WriteError
-from peristalsis.simulation import Simulation
+from peristalsis.running.simulation import Simulation
 
 FOUND = Findings(
     (
@@ -210,8 +210,9 @@ def test_kernel_is_counted() -> None:
 
 
 def test_parts_are_clocked_and_put_back() -> None:
-    from peristalsis import scenarios, simulation
+    from peristalsis import scenarios
     from peristalsis.model import step
+    from peristalsis.running import simulation
 
     names = {**SOLVER, **STEP}
     before = simulation.advance_safely, step._advance_layer

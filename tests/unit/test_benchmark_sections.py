@@ -31,9 +31,9 @@ from benchmarks.sections import (
     surface,
     workers,
 )
-from peristalsis.config import Configuration
+from peristalsis.inputs.config import Configuration
 from peristalsis.model.state import State
-from peristalsis.simulation import Simulation
+from peristalsis.running.simulation import Simulation
 
 COARSE = {"grid.n_z": 200, "grid.n_z_wall": 100}
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from peristalsis.electrodes import electrode_potentials, electrode_weights
 from peristalsis.numerics.cylinder import CylinderSolver
+from peristalsis.results.electrodes import electrode_potentials, electrode_weights
 from peristalsis.tissue.bidomain import TOLERANCE, Bidomain, EllipticError, surface_operator
 from peristalsis.tissue.surface import Conductivities, Monodomain, SurfaceSizes
 from verification.exact.kernel import KernelProblem, kernel_current

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError
+from peristalsis.inputs.config import Configuration
 from peristalsis.many import calibration
 from peristalsis.many.cable import CALIBRATED_SPEED
 from peristalsis.many.calibration import CONVERGED_GRID, calibrated_scale

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from peristalsis.build import build
-from peristalsis.config import Configuration
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
 from peristalsis.model import equilibrium
 from peristalsis.model.initial import initial_state
 from peristalsis.model.step import StepReport, advance

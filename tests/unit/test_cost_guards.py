@@ -17,7 +17,7 @@ from benchmarks.process import code
 from benchmarks.runs import Counter
 from benchmarks.sections.roofline import COUNT
 from peristalsis import scenarios
-from peristalsis.simulation import Simulation
+from peristalsis.running.simulation import Simulation
 
 Counts = Mapping[str, Mapping[str, float]]
 
@@ -66,11 +66,11 @@ def test_tables_are_worth_having() -> None:
 
 FRESH = """
 from benchmarks.census import census
-from peristalsis.warm_up import warm_up
+from peristalsis.running.warm_up import warm_up
 warm_up(surface={surface})
 before = census().ready
 from peristalsis import scenarios
-from peristalsis.simulation import Simulation
+from peristalsis.running.simulation import Simulation
 changes = {{"grid.n_z": 100, "grid.n_z_wall": 80, "run.duration": "0.04 s", **{changes}}}
 Simulation(scenarios.configuration("baseline", changes=changes)).run()
 print(before, census().ready)

@@ -16,14 +16,14 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis import manifest
 from peristalsis.cli import main
 from peristalsis.errors import ConfigurationError, DamagedResult
-from peristalsis.manifest import Entry, Manifest
 from peristalsis.names import COORDINATES
-from peristalsis.result import Result, check
-from peristalsis.simulation import Simulation
-from peristalsis.store import read_manifest
+from peristalsis.results.result import Result, check
+from peristalsis.running.simulation import Simulation
+from peristalsis.storing import manifest
+from peristalsis.storing.manifest import Entry, Manifest
+from peristalsis.storing.store import read_manifest
 from verification.exact.runs import configured
 
 TINY = {"grid.n_z": 40, "grid.n_z_wall": 40, "run.duration": "0.02 s", "output.interval": "10 ms"}
@@ -288,7 +288,7 @@ def test_quarantine_of_the_working_folder(
 
 
 def test_a_record_without_numbers_is_whole_only_if_it_says_why(tmp_path: Path) -> None:
-    from peristalsis.store import Workspace
+    from peristalsis.storing.store import Workspace
 
     workspace = Workspace(tmp_path / "run")
     files = {"summary.json": b'{"status": "failed", "error": "it died"}', "config.toml": b""}

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from peristalsis.build import build
-from peristalsis.config import Configuration
 from peristalsis.errors import DivergenceError
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
 from peristalsis.model.fields import corner_tensions, nodal_tensions
 from peristalsis.model.initial import initial_state
 from peristalsis.wall.membrane import TOTAL_CIRCULAR

@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from peristalsis import scenarios
-from peristalsis.config import Configuration
+from peristalsis.inputs.config import Configuration
 from peristalsis.many.batch import WholeResults
 from peristalsis.many.engine import rows_of
-from peristalsis.many.pool import Failure
 from peristalsis.many.rows import Point, Row, Step, key_of
 from peristalsis.many.sweep import Measured, Store
 from peristalsis.many.table import table
+from peristalsis.running.pool import Failure
 
 BASE = scenarios.configuration("resting")
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from peristalsis.build import build
+from peristalsis.inputs.build import build
 from peristalsis.model.fields import corner_tensions
 from peristalsis.model.initial import initial_state
 from peristalsis.numerics.block_band import PADDING, ROWS

@@ -22,6 +22,7 @@ from peristalsis.cli.inputs import read_settings
 from peristalsis.cli.paper_command import PaperOrder, carry_out_order, paper
 from peristalsis.cli.streams import Screen
 from peristalsis.errors import ConfigurationError, WriteError
+from peristalsis.inputs.parameters import READINGS
 from peristalsis.many.rows import Point as NamedPoint
 from peristalsis.many.rows import Row, Step
 from peristalsis.many.sweep import run_one
@@ -36,7 +37,6 @@ from peristalsis.paper.runs import RUNS
 from peristalsis.paper.searches import SEARCHES
 from peristalsis.paper.tables import all_tables, matrix, numbers
 from peristalsis.paper.variants import VARIANTS
-from peristalsis.parameters import READINGS
 from peristalsis.plots import style
 
 

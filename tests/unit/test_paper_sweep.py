@@ -8,11 +8,11 @@ import pytest
 from peristalsis import scenarios
 from peristalsis.many import engine
 from peristalsis.many import sweep as module
-from peristalsis.many.pool import Done
 from peristalsis.many.rows import Row, key_of
 from peristalsis.many.sensitivity import shares, total_shares
 from peristalsis.many.sweep import Measured, Store, sweep
 from peristalsis.many.threshold import Point, Threshold
+from peristalsis.running.pool import Done
 
 BASE = scenarios.configuration("resting")
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import peristalsis as ps
-from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError
+from peristalsis.inputs.config import Configuration
 from peristalsis.many.plan import read_plan
 from peristalsis.paths import located
 

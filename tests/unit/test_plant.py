@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from peristalsis.build import cell_constants
-from peristalsis.config import Configuration
+from peristalsis.inputs.build import cell_constants
+from peristalsis.inputs.config import Configuration
 from peristalsis.tissue.cells import plant
 from verification.exact.cell import ReferenceCell
 

@@ -9,10 +9,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from peristalsis import preflight, scenarios
-from peristalsis.build import build
-from peristalsis.config import Configuration
-from peristalsis.simulation import Simulation
+from peristalsis import scenarios
+from peristalsis.inputs import preflight
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
+from peristalsis.running.simulation import Simulation
 from verification.exact.runs import configured
 
 

@@ -14,14 +14,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from peristalsis import preflight
-from peristalsis.build import build
-from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError, UnknownKeyError
+from peristalsis.inputs import preflight
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
+from peristalsis.inputs.regions import QUANTITIES, Region, check, read, varies_around
+from peristalsis.inputs.regions.sampling import coverage, factor_field
 from peristalsis.model.initial import initial_state
 from peristalsis.model.step import advance, muscle_drive
-from peristalsis.regions import QUANTITIES, Region, check, read, varies_around
-from peristalsis.regions.sampling import coverage, factor_field
 from peristalsis.tissue.cells.plant import CONDUCTANCES
 
 RADIUS = 0.795

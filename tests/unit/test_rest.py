@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis.build import cell_constants
-from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError
+from peristalsis.inputs.build import cell_constants
+from peristalsis.inputs.config import Configuration
 from peristalsis.tissue.cells.plant import CONDUCTANCES, gate_table
 from peristalsis.tissue.rest import NoRestError, RestState, rest_state
 from verification.exact.cell import ReferenceCell

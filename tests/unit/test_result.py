@@ -10,10 +10,10 @@ import pytest
 import xarray
 
 from peristalsis.errors import ConfigurationError, WriteError
-from peristalsis.measures import wave_speed
 from peristalsis.names import OUTPUTS
-from peristalsis.result import Result, load
-from peristalsis.simulation import Simulation
+from peristalsis.results.measures import wave_speed
+from peristalsis.results.result import Result, load
+from peristalsis.running.simulation import Simulation
 from verification.exact.runs import configured
 
 
@@ -62,8 +62,8 @@ def test_saving_does_without_xarray(result: Result, tmp_path: Path) -> None:
     """Which takes half a second to import, a tenth of a whole run."""
     source = f"""
 import sys
-from peristalsis.result import Result
-from peristalsis.simulation import Simulation
+from peristalsis.results.result import Result
+from peristalsis.running.simulation import Simulation
 from verification.exact.runs import configured
 changes = {{"grid.n_z": 100, "grid.n_z_wall": 60, "run.duration": "4 ms"}}
 Simulation(configured(changes)).run().save({str(tmp_path / "run")!r})

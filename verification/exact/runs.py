@@ -8,8 +8,8 @@ from functools import cache
 from typing import Any
 
 from peristalsis import scenarios
-from peristalsis.build import build
-from peristalsis.config import Configuration
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
 from peristalsis.model.initial import initial_state
 from peristalsis.model.model import Model
 from peristalsis.model.state import State

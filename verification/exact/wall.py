@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from peristalsis.build import build
 from peristalsis.errors import DivergenceError
+from peristalsis.inputs.build import build
 from peristalsis.model.constants import LumenConstants, PelletConstants, Step
 from peristalsis.model.equilibrium import CONVERGED, REASONS, solve_equilibrium
 from peristalsis.numerics.block_band import PADDING, ROWS

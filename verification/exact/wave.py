@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from peristalsis.build import build
-from peristalsis.measures import wave_speed
+from peristalsis.inputs.build import build
 from peristalsis.model.initial import initial_state
 from peristalsis.model.model import ACTIVATION_LEVEL
 from peristalsis.numerics.stabilised import coefficients, stages_for
+from peristalsis.results.measures import wave_speed
 from peristalsis.tissue.conduction import largest_eigenvalue
 from peristalsis.tissue.sheet import advance_sheet
 

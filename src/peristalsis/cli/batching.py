@@ -56,7 +56,8 @@ def batch(file: str, out: str | None, workers: int, screen: Screen) -> int:
 
 def check(folders: Sequence[str], aside: bool, screen: Screen) -> int:
     """Check stored runs against their manifests; exit code 1 if one is not whole."""
-    from .. import result, store
+    from ..results import result
+    from ..storing import store
 
     states: list[dict[str, str]] = []
     for folder in folders:

@@ -11,10 +11,6 @@ from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
-from .. import disk, tables
-from ..checkpoint import EVERY
-from ..config import Configuration
-from ..environment import code_version
 from ..errors import (
     ConfigurationError,
     DamagedResult,
@@ -24,14 +20,19 @@ from ..errors import (
     WriteError,
     shown,
 )
-from ..locks import PATIENCE, Claim
+from ..inputs import tables
+from ..inputs.config import Configuration
 from ..paths import located
-from ..result import json_ready, read_summary
-from ..runner import KeptRun
-from ..store import CONFIGURATION_FILE, SUMMARY_FILE, Workspace, quarantine, recover, verify
+from ..results.result import json_ready, read_summary
+from ..running.pool import Failure, refuse_while_starting
+from ..running.runner import KeptRun
+from ..storing import disk
+from ..storing.checkpoint import EVERY
+from ..storing.environment import code_version
+from ..storing.locks import PATIENCE, Claim
+from ..storing.store import CONFIGURATION_FILE, SUMMARY_FILE, Workspace, quarantine, recover, verify
 from .engine import rows_of
 from .plan import Plan, read_plan
-from .pool import Failure, refuse_while_starting
 from .rows import Point, Row, Step, key_of
 from .table import name_of, table
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..build import build
-from ..config import Configuration
-from ..measures import wave_speed
+from ..inputs.build import build
+from ..inputs.config import Configuration
 from ..model.model import ACTIVATION_LEVEL
+from ..results.measures import wave_speed
 from ..tissue.rest import rest_state
 from ..tissue.sheet import advance_sheet
 

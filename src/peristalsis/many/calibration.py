@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from scipy.optimize import brentq
 
-from ..config import Configuration
 from ..errors import ConfigurationError
+from ..inputs.config import Configuration
 from .cable import CALIBRATED_SPEED, cable_wave_speed
 
 CONVERGED_GRID = {"grid.n_z": 2400, "step.conduction": "0.125 ms"}

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
-from ..config import Configuration
-from ..warm_up import warm_up
-from .pool import Failure, carry_out
+from ..inputs.config import Configuration
+from ..running.pool import Failure, carry_out
+from ..running.warm_up import warm_up
 from .rows import Point, Row, Step
 
 Progress = Callable[[Step], None]

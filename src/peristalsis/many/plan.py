@@ -20,8 +20,8 @@ from os import PathLike
 from typing import Any
 
 from .. import scenarios
-from ..config import KEYS, read_toml
 from ..errors import ConfigurationError, ReadingNotFound, ScenarioNotFound, UnknownKeyError, shown, suggestion
+from ..inputs.config import KEYS, read_toml
 from .rows import Point
 
 MOST_POINTS = 10_000

@@ -10,8 +10,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ..config import Configuration
-from ..environment import code_version
+from ..inputs.config import Configuration
+from ..storing.environment import code_version
 
 CODE = code_version()
 """Of the equations that this process has loaded, not of what may have changed on disk since."""

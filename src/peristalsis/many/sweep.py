@@ -18,16 +18,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import disk
-from ..config import Configuration
 from ..errors import InterruptedRun, PeristalsisError, WriteError, shown
+from ..inputs.config import Configuration
+from ..running.pool import Failure
+from ..storing import disk
 from .engine import Progress, rows_of
-from .pool import Failure
 from .rows import Point, Row, key_of
 
 if TYPE_CHECKING:
-    from ..result import Result
-    from ..simulation import Simulation
+    from ..results.result import Result
+    from ..running.simulation import Simulation
 
 Measure = Callable[["Simulation", "Result"], tuple[dict[str, Any], dict[str, NDArray[Any]]]]
 """Numbers and arrays to keep of a finished run; a function of a module, so that processes find it."""
@@ -65,7 +65,7 @@ class Store:
 
 def run_one(configuration: Configuration, measure: Measure) -> Row:
     """One run, measured; whatever stops it becomes its row."""
-    from ..simulation import Simulation
+    from ..running.simulation import Simulation
 
     try:
         simulation = Simulation(configuration)

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..config import FIELDS
-from ..result import CLOCK
+from ..inputs.config import FIELDS
+from ..results.result import CLOCK
 from ..units import QuantityError
 from ..units import read as read_quantity
 from .plan import as_text

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..config import Configuration
 from ..errors import ConfigurationError
+from ..inputs.config import Configuration
 from ..many.rows import Row, Step
 from ..many.sensitivity import shares
 from ..many.sweep import sweep

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..many.rows import CODE
-from ..result import json_ready
 from ..results import quantities
+from ..results.result import json_ready
 from . import metrics
 
 if TYPE_CHECKING:
-    from ..result import Result
-    from ..simulation import Simulation
+    from ..results.result import Result
+    from ..running.simulation import Simulation
 
 Floats = NDArray[np.float64]
 

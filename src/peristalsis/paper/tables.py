@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..parameters import READINGS, shipped
+from ..inputs.parameters import READINGS, shipped
 from ..units import format_quantity
 from .claims import NOT_TESTABLE
 from .experiments import Outcome

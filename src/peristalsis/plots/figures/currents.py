@@ -14,7 +14,7 @@ from ..figure import Figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-    from ...result import Result
+    from ...results.result import Result
 
 LAYERS = ("longitudinal", "circular")
 LARGE = {
@@ -33,7 +33,7 @@ def currents_at(result: Result, layer: str, probe: int = 0) -> dict[str, Floats]
 
     With the conductances that the model had there and then: regions and protocols change them.
     """
-    from ...build import cell_constants
+    from ...inputs.build import cell_constants
     from ...tissue.cells import plant
 
     configuration = result.configuration
