@@ -62,7 +62,7 @@ lint: $(READY)
 	$(BIN)/python -m mypy
 
 # Everything that keeps results and reads input must be reached by the tests; of the rest nineteen branches in twenty.
-KEPT := $(foreach name,storing/disk storing/manifest storing/store storing/packing storing/checkpoint inputs/config inputs/consistency many/plan,*/peristalsis/$(name).py)
+KEPT := $(foreach name,storing/disk storing/manifest storing/store storing/packing storing/checkpoint inputs/config/* inputs/consistency many/plan,*/peristalsis/$(name).py)
 comma := ,
 space := $(subst x, ,x)
 
