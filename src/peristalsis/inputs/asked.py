@@ -13,11 +13,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from .. import units
-from ..running.observers import ARREST_WINDOW
 from .config import Configuration
 from .parameters import PARAMETERS
 from .protocols import Protocol
 from .recording import ROUNDING, frames_apart, whole_steps
+
+ARREST_TRAVEL, ARREST_WINDOW = 0.01, 1.0
+"""A pellet is arrested when it moved less than 0.01 cm over the last second (0.1 mm/s), so never earlier."""
 
 
 def remarks(configuration: Configuration) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import importlib
 import io
 import json
 import math
@@ -71,6 +72,14 @@ UNFINISHED = ("interrupted", "diverged")
 """Runs that broke off: their last checkpoint is kept with them."""
 
 
+def _above(module: str, name: str) -> Any:
+    """Something of the package that is made for results and stands above them, looked up by name when it is used.
+
+    Pictures import results; an import the other way round would close a circle.
+    """
+    return getattr(importlib.import_module(f"peristalsis.{module}"), name)
+
+
 @dataclass(frozen=True, repr=False)
 class Result:
     """One run: `dataset` (xarray, every output with its unit), `summary` (the numbers of --json), `configuration`.
@@ -128,8 +137,7 @@ class Result:
     def _repr_html_(self) -> str:
         from html import escape
 
-        from ..plots.thumbnail import thumbnail
-
+        thumbnail = _above("plots.thumbnail", "thumbnail")
         about = escape(f"{self.configuration.scenario}, reading {self.configuration.reading}")
         rows = "".join(f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in self.key_numbers())
         notes = [*([f"error: {self.error}"] if self.error else []), *self.remarks]
@@ -167,9 +175,8 @@ class Result:
     @property
     def plot(self) -> Plots:
         """The figures of this run: `result.plot.diameter_map()` and so on."""
-        from ..plots import Plots
-
-        return Plots(self)
+        plots: Plots = _above("plots", "Plots")(self)
+        return plots
 
     @cached_property
     def fingerprint(self) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConfigurationError
+from ..inputs.asked import ARREST_TRAVEL, ARREST_WINDOW
 from ..inputs.recording import ALL, chosen, due
 from ..model.ends import ANALLY, ORALLY, passages
 from ..model.model import Model
@@ -21,11 +22,6 @@ from ..names import OUTPUTS, PROBES, SCALARS, Output
 from ..results.moment import Done, Moment, StepMoment
 
 Floats = NDArray[np.float64]
-
-ARREST_WINDOW = 1.0
-ARREST_TRAVEL = 0.01
-"""A pellet is arrested when it moved less than 0.01 cm over the last second (0.1 mm/s), so never earlier."""
-
 
 REACHED, AT_REST = "the pellet has reached", "the pellet has come to rest"
 """Why a run is stopped, or how the reason begins."""

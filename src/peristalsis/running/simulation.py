@@ -18,6 +18,7 @@ import numpy as np
 from .. import units
 from ..errors import ConfigurationError, DivergenceError, InterruptedRun, StoppedRun, shown, suggestion
 from ..inputs import preflight, tables
+from ..inputs.asked import ARREST_TRAVEL, ARREST_WINDOW
 from ..inputs.build import build
 from ..inputs.config import ENDS, FIELDS, Configuration
 from ..inputs.protocols import changeable, values_at
@@ -39,8 +40,6 @@ from ..storing.packing import pack, packable, unpack
 from ..storing.store import LAST_STATE
 from .events import Event, EventRecorder
 from .observers import (
-    ARREST_TRAVEL,
-    ARREST_WINDOW,
     AT_REST,
     REACHED,
     Callback,

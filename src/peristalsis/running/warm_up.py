@@ -138,7 +138,7 @@ def warm_up(surface: bool = False, explicit: bool = False) -> float:
 
 
 def main() -> int:
-    """`python -m peristalsis.running.warm_up`: fill the cache, the whole surface too, and say so where it takes time."""
+    """`python -m peristalsis.running.warm_up`: fill the cache, for the whole surface too; say where it takes time."""
     print("compiling the kernels, once, for some minutes (nothing to do if that was done before)", file=sys.stderr)
     print(f"kernels are ready after {warm_up(surface=True):.0f} s", file=sys.stderr)
     return 0
