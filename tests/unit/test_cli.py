@@ -25,7 +25,7 @@ import pytest
 import peristalsis as ps
 from peristalsis import scenarios
 from peristalsis.cli import main, running
-from peristalsis.cli.commands import EXAMPLES, EXIT_CODES
+from peristalsis.cli.help import EXAMPLES, EXIT_CODES
 from peristalsis.cli.report import number_text
 from peristalsis.cli.stored import labels
 from peristalsis.cli.streams import ForgivingStream, RunProgress, Screen, spelled

@@ -19,8 +19,8 @@ def main(arguments: Sequence[str] | None = None, program: Program | None = None)
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        from .dispatch import PERISTALSIS, dispatch
+        from .dispatch import dispatch
 
-        return dispatch(words, program or PERISTALSIS)
+        return dispatch(words) if program is None else dispatch(words, program)
     except KeyboardInterrupt:  # between two guarded places, such as the import above
         return INTERRUPTED
