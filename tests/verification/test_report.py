@@ -8,7 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from verification import credibility, registry, report
+import benchmarks.command
+from verification import command, credibility, registry, report
 from verification.command import main
 from verification.problem import Outcome, Problem, error, judged, not_applicable, order
 from verification.report import carry_out, counts, pages, shortened, tally
@@ -101,6 +102,18 @@ def test_named_problems_write_nothing(
 def test_mistakes_are_one_line(words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(list(words)) == 2
     assert said in capsys.readouterr().err
+
+
+def test_programs_beside_the_package_explain_themselves(capsys: pytest.CaptureFixture[str]) -> None:
+    """`--help` ends with 0, shows every option and example, and names the program as it is called."""
+    for program in (command, benchmarks.command):
+        assert program.main(["--help"]) == 0
+        said = capsys.readouterr().out
+        home = program.__name__.partition(".")[0]
+        assert f"Usage: python -m {home} [OPTIONS]" in said
+        assert all(option in said for option in ("--quick", "--full", "--out", "--json", *program.EXAMPLES))
+        assert program.main(["--nothing"]) == 2
+        assert f"see python -m {home} --help" in capsys.readouterr().err
 
 
 def test_credibility_says_what_is_not_validated() -> None:
