@@ -108,10 +108,12 @@ def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, l
     if restless:
         k = restless[0]
         some = f" in {np.isin(kinds, restless).mean():.0%} of its cells, first" if len(states) > 1 else ""
-        channels = ", ".join(f"{name} = {value:g}" for name, value in zip(layer.cell.channels, patterns[:, k], strict=True))
+        channels = ", ".join(
+            f"{name} = {value:g}" for name, value in zip(layer.cell.channels, patterns[:, k], strict=True)
+        )
         remarks.append(
-            f"{name} layer: no stable rest{some} with {channels} mS/cm^2 (steady state at {states[k].potential:.2f} mV is "
-            "unstable); the tissue starts there and will oscillate by itself"
+            f"{name} layer: no stable rest{some} with {channels} mS/cm^2 (steady state at {states[k].potential:.2f} mV "
+            "is unstable); the tissue starts there and will oscillate by itself"
         )
     highest = max((rest.potential for rest in states if rest.stable), default=-np.inf)  # the others do not rest there
     if highest > layer.threshold:

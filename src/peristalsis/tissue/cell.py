@@ -101,9 +101,7 @@ class Cell:
 
 def _slots(binding: Binding) -> dict[str, Path]:
     root = _HERE.parent
-    return {
-        ".".join(place.relative_to(root).with_suffix("").parts): file for place, file in binding.exchanged.items()
-    }
+    return {".".join(place.relative_to(root).with_suffix("").parts): file for place, file in binding.exchanged.items()}
 
 
 def _again(name: str, slots: dict[str, str]) -> Cell:

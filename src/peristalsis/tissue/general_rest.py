@@ -61,7 +61,7 @@ class _Steady:
         return found[0]
 
     def _along(self, places: Floats) -> tuple[Floats, Floats]:
-        """States (n, N) and steady currents (n,) at potentials, each begun from its neighbour; nan where none is found."""
+        """States (n, N) and currents (n,) at potentials, each begun from its neighbour; nan where none is found."""
         states, currents = np.full((places.size, self.low.size), np.nan), np.full(places.size, np.nan)
         middle = 0.5 * (np.maximum(self.low, -1e3) + np.minimum(self.high, 1e3))
         guesses = [self.low + 0.1 * (middle - self.low), middle, self.low.copy()]
@@ -136,14 +136,14 @@ class _Steady:
         known = currents[np.isfinite(currents)]
         if known.size == 0:
             return (
-                f"at no potential from {cell.LOWEST:g} to {cell.HIGHEST:g} mV do its states come to rest; give the states "
-                "bounds within which they do"
+                f"at no potential from {cell.LOWEST:g} to {cell.HIGHEST:g} mV do its states come to rest; give the "
+                "states bounds within which they do"
             )
         way = "outward" if known[0] > 0.0 else "inward"
         names = ", ".join(f"{name} = {g:g}" for name, g in zip(cell.CHANNELS, self.channels[:, 0], strict=True))
         return (
-            f"at every potential from {cell.LOWEST:g} to {cell.HIGHEST:g} mV its current flows {way} ({names} mS/cm^2); "
-            "change those conductances or its reversal potentials"
+            f"at every potential from {cell.LOWEST:g} to {cell.HIGHEST:g} mV its current flows {way} ({names} "
+            "mS/cm^2); change those conductances or its reversal potentials"
         )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import ConfigurationError
-from ...parts import SHIPPED
+from ...inputs.parts import SHIPPED
 from .. import data, style
 from ..data import Floats
 from ..figure import Figure
@@ -16,7 +16,7 @@ from ..figure import Figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-    from ...result import Result
+    from ...results.result import Result
 
 LAYERS = ("longitudinal", "circular")
 LARGE = {
@@ -35,7 +35,8 @@ def currents_at(result: Result, layer: str, probe: int = 0) -> dict[str, Floats]
 
     With the conductances that the model had there and then: regions and protocols change them.
     """
-    from ...build import cell_of_layer
+
+    from ...inputs.build import cell_of_layer
 
     cell, constants, _ = cell_of_layer(result.configuration, layer)
     potential = data.values(result, f"potential_{layer}_probe")[:, probe]
@@ -56,7 +57,7 @@ def states_at(result: Result, layer: str, names: Sequence[str], probe: int = 0) 
 
 def _draw_any(result: Result, probe: int, figure: Canvas) -> Canvas:
     """Traces of cells of any kind: potential, every current, every state."""
-    from ...build import cell_of_layer
+    from ...inputs.build import cell_of_layer
 
     grid = figure.subplots(3, 2, sharex=True)
     time = data.values(result, "time_step")
@@ -127,8 +128,8 @@ FIGURE = Figure(
     name="currents",
     title="Ion currents at a probe",
     caption=(
-        "Membrane potential (dotted: above this the muscle pulls), the ion currents and intracellular calcium (of cells "
-        "other than Plant's: all states) at "
+        "Membrane potential (dotted: above this the muscle pulls), the ion currents and intracellular calcium (of "
+        "cells other than Plant's: all states) at "
         "one place of the longitudinal (a) and the circular muscle (b). Currents are those of the cell, before the "
         "factor by which the tissue's kinetics are slowed, with the conductances of that place and time; outward is "
         "positive. The stimuli and the inhibition are not among them."
