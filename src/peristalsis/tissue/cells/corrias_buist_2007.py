@@ -1,4 +1,4 @@
-"""Smooth muscle of the stomach by Corrias and Buist, as a description of a cell for `general`: Eqs. (35)-(37).
+"""Smooth muscle of the stomach by Corrias and Buist, as a description of a cell for `general`.
 
 Source: A. Corrias, M. L. Buist, Ann. Biomed. Eng. 35 (2007) 1595-1607; a cell of 77 pF and 3500 um^3. It rests near
 -70 mV and follows the slow waves of its interstitial cells of Cajal: the current from them is a stimulus from outside
@@ -50,9 +50,7 @@ CHANNELS = (
     "sodium",
     "nonselective",
 )
-INSTANT = 3
-"""Of the potential alone: the opening of calcium-activated potassium channels, and two that are the same at every
-potential, the reversals of potassium and sodium, which so cost no logarithm."""
+INSTANT = 1
 LOWEST, HIGHEST = -150.0, 100.0
 START = (-69.75, 0.0, 0.95, 0.02, 0.99, 0.0, 0.82, 0.005, 0.05787, 0.00414, 0.72, 0.0, 1.0, 0.00008)
 """Potential [mV] and states at which the source begins."""
@@ -63,13 +61,13 @@ PARAMETERS = (
     number("calcium_q10", 2.1, "1", "Q10 of calcium channels", tag="sourced", source=SOURCE, lowest=0.1),
     number("potassium_q10", 1.365, "1", "Q10 of potassium channels", tag="sourced", source=SOURCE, lowest=0.1),
     number("sodium_q10", 2.45, "1", "Q10 of sodium channels", tag="sourced", source=SOURCE, lowest=0.1),
-    number("calcium_potassium_warmth", 1.1 / 45.7, "1/K", "share by which calcium-activated potassium conductance rises with each kelvin: 1.1 nS of 45.7 nS",
+    number("calcium_potassium_warmth", 1.1 / 45.7, "1/K", "rise of calcium_potassium by 1.1 of 45.7 nS a kelvin",
            tag="sourced", source=SOURCE),
     number("calcium_outside", 2.5, "mM", "calcium outside", tag="sourced", source=SOURCE, lowest=1e-9),
-    number("sodium_outside", 137.0, "mM", "sodium outside", tag="sourced", source=SOURCE, lowest=1e-9),
-    number("potassium_outside", 5.9, "mM", "potassium outside", tag="sourced", source=SOURCE, lowest=1e-9),
-    number("sodium_inside", 10.0, "mM", "sodium inside", tag="sourced", source=SOURCE, lowest=1e-9),
-    number("potassium_inside", 164.0, "mM", "potassium inside", tag="sourced", source=SOURCE, lowest=1e-9),
+    number("potassium_reversal", -88.819584, "mV", "reversal of potassium: RT/F ln(5.9/164) at 310 K",
+           tag="sourced", source=SOURCE, lowest=-200.0, highest=200.0),
+    number("sodium_reversal", 69.919403, "mV", "reversal of sodium: RT/F ln(137/10) at 310 K",
+           tag="sourced", source=SOURCE, lowest=-200.0, highest=200.0),
     number("nonselective_reversal", -28.0, "mV", "reversal, nonselective", tag="sourced", source=SOURCE),
     number("acetylcholine", 1e-5, "mM", "acetylcholine at the muscle", tag="sourced", source=SOURCE, lowest=0.0),
     number("acetylcholine_half", 0.01, "mM", "half effect of acetylcholine",
@@ -92,10 +90,12 @@ CONDUCTANCES = (
     number("calcium_potassium", 45.7 / 77.0, "mS/cm^2", "calcium-activated K at the temperature of the data: 45.7 nS",
            tag="sourced", source=SOURCE, lowest=0.0),
     number("background_potassium", 0.0144 / 77.0, "mS/cm^2", "background K: 0.0144 nS",
-           tag="sourced", source=SOURCE, lowest=0.0 ),
+           tag="sourced", source=SOURCE, lowest=0.0),
     number("sodium", 3.0 / 77.0, "mS/cm^2", "sodium: 3 nS", tag="sourced", source=SOURCE, lowest=0.0),
     number("nonselective", 50.0 / 77.0, "mS/cm^2", "nonselective: 50 nS", tag="sourced", source=SOURCE, lowest=0.0),
 )  # fmt: skip
+INHIBITION = "potassium_reversal"
+"""The constant towards which inhibiting nerves pull the potential."""
 
 
 class CellConstants(NamedTuple):
@@ -108,10 +108,8 @@ class CellConstants(NamedTuple):
     sodium_q10: float
     calcium_potassium_warmth: float
     calcium_outside: float
-    sodium_outside: float
-    potassium_outside: float
-    sodium_inside: float
-    potassium_inside: float
+    potassium_reversal: float
+    sodium_reversal: float
     nonselective_reversal: float
     acetylcholine: float
     acetylcholine_half: float
@@ -151,7 +149,7 @@ def _open(v: float, half: float, slope: float) -> float:
 
 @compiled
 def gates(v: float, constants: CellConstants, row: np.ndarray) -> None:
-    """Steady value and rate [1/ms] of every gate in turn, at the potential v, Eq. (35)."""
+    """Steady value and rate [1/ms] of every gate in turn, at the potential v."""
     calcium = _slowing(constants.calcium_q10, constants)
     potassium = _slowing(constants.potassium_q10, constants)
     sodium = _slowing(constants.sodium_q10, constants)
@@ -172,10 +170,8 @@ def gates(v: float, constants: CellConstants, row: np.ndarray) -> None:
 
 @compiled
 def instant(v: float, constants: CellConstants, row: np.ndarray) -> None:
-    """Opening exp(-V/17 mV) of calcium-activated potassium channels at 1 uM, reversals [mV] of potassium and sodium."""
+    """exp(-V/17 mV), on which the opening of calcium-activated potassium channels depends."""
     row[0] = math.exp(-v / 17.0)
-    row[1] = _thermal(constants) * math.log(constants.potassium_outside / constants.potassium_inside)
-    row[2] = _thermal(constants) * math.log(constants.sodium_outside / constants.sodium_inside)
 
 
 @inlined
@@ -191,7 +187,7 @@ def _calcium_currents(v: float, states: np.ndarray, channels: np.ndarray, node: 
 def others(
     v: float, states: np.ndarray, channels: np.ndarray, node: int, constants: CellConstants, row: np.ndarray
 ) -> None:
-    """Source and decay [1/ms] of the block by calcium and of calcium [mM], Eq. (36)."""
+    """Source and decay [1/ms] of the block by calcium and of calcium [mM]."""
     calcium = states[CALCIUM, node]
     rate = 1.0 / (_slowing(constants.calcium_q10, constants) * 2.0)
     row[0] = rate * (1.0 - 1.0 / (1.0 + math.exp((calcium - 0.00030399) / -0.0000131)))
@@ -206,7 +202,7 @@ def others(
 def current(
     v: float, states: np.ndarray, channels: np.ndarray, instants: np.ndarray, node: int, constants: CellConstants
 ) -> float:
-    """Ionic current [uA/cm^2], outward positive, at the potential v, Eq. (37)."""
+    """Ionic current [uA/cm^2], outward positive, at the potential v."""
     calcium = states[CALCIUM, node]
     warmth = 1.0 + constants.calcium_potassium_warmth * (constants.temperature - constants.data_temperature)
     reduced = (calcium / 0.001) * (calcium / 0.001)
@@ -221,8 +217,8 @@ def current(
     )
     return (
         _calcium_currents(v, states, channels, node, constants)
-        + potassium * (v - instants[1, node])
-        + channels[6, node] * states[6, node] * states[7, node] * (v - instants[2, node])
+        + potassium * (v - constants.potassium_reversal)
+        + channels[6, node] * states[6, node] * states[7, node] * (v - constants.sodium_reversal)
         + channels[7, node]
         * states[10, node]
         * fourth

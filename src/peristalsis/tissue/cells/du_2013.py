@@ -5,8 +5,8 @@ entrainment of slow waves. Its clock is that of M. S. Imtiaz, D. W. Smith, D. F.
 1877-1890: IP3, made at depolarised potentials too, releases calcium from a store; calcium opens an inward current.
 Constants as in the curated file of the model of 2021, with which it reproduces the paper's slow waves.
 
-Currents of the source belong to a cell of 27 pF; here they are per area at 1 uF/cm^2: nS / 27 pF = mS/uF. Units: mV, ms,
-mS/cm^2, uA/cm^2. The source calls its concentrations mM; by size they are uM, and only their ratios matter.
+Currents of the source belong to a cell of 27 pF; here they are per area at 1 uF/cm^2: nS / 27 pF = mS/uF. Units: mV,
+ms, mM, mS/cm^2, uA/cm^2. The source calls its concentrations mM; by size they are uM, and only their ratios matter.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ PARAMETERS = (
     number("extrusion_rate", 0.00066, "1/ms", "removal of calcium", tag="sourced", source=CURATED, lowest=0.0),
     number("ip3_production", 0.000062, "mM/ms", "IP3 made at any potential",
            tag="sourced", source=CURATED, lowest=0.0),
-    number("ip3_voltage_production", 0.032, "mM/ms", "most IP3 made by depolarisation; what neurotransmitters and the place in the stomach change",
+    number("ip3_voltage_production", 0.032, "mM/ms", "most IP3 made where depolarised; sets the period",
            tag="sourced", source=CURATED, lowest=0.0),
     number("ip3_potential", 60.0, "mV", "size of the potential of half of it",
            tag="sourced", source=CURATED, lowest=1.0),
@@ -80,6 +80,8 @@ CONDUCTANCES = (
     number("calcium_potassium", 1.2 / 27.0, "mS/cm^2", "calcium-activated potassium: 1.2 nS",
            tag="sourced", source=CURATED, lowest=0.0),
 )  # fmt: skip
+INHIBITION = "potassium_reversal"
+"""The constant towards which inhibiting nerves pull the potential."""
 
 
 class CellConstants(NamedTuple):
@@ -145,7 +147,7 @@ def instant(v: float, constants: CellConstants, row: np.ndarray) -> None:
 def others(
     v: float, states: np.ndarray, channels: np.ndarray, node: int, constants: CellConstants, row: np.ndarray
 ) -> None:
-    """Source and decay [1/ms] of calcium, stored calcium and IP3, Eq. (38)."""
+    """Source and decay [1/ms] of calcium, stored calcium and IP3."""
     calcium, store, ip3 = states[CALCIUM, node], states[STORE, node], states[IP3, node]
     # Uptake and release per calcium that they take, so that they are decays of it and no concentration falls below 0.
     power = math.pow(calcium, constants.uptake_power - 1.0)
