@@ -159,5 +159,3 @@ def steady(cell: Description, v: float) -> Floats:
             aim = rest[0:-1:2] / rest[1::2]
         states[m.GATES :] = np.where(np.isfinite(aim), aim, states[m.GATES :])
     return states
-
-

@@ -12,7 +12,16 @@ from .description import FOLDER, Description, Floats, described, plain_module, s
 from .symbols import RESERVED, Formula, Reader, as_formula, inside
 
 UNITS = {"mV": "mV", "ms": "ms", "1/ms": "1/ms", "mS/cm^2": "mS/cm^2", "uF/cm^2": "uF/cm^2", "uA/cm^2": "uA/cm^2"}
-UNITS |= {"mM": "mM", "K": "K", "um^2": "um^2", "um^3": "um^3", "mM/ms": "mM/ms", "1/K": "1/K", "1/mV": "1/mV", "1": "1"}
+UNITS |= {
+    "mM": "mM",
+    "K": "K",
+    "um^2": "um^2",
+    "um^3": "um^3",
+    "mM/ms": "mM/ms",
+    "1/K": "1/K",
+    "1/mV": "1/mV",
+    "1": "1",
+}
 FORMATS = {".mmt": "Myokit's own format", ".cellml": "CellML 2"}
 
 
@@ -83,7 +92,9 @@ def _of_description(cell: Description) -> Equations:
     rates = []
     for k in range(m.GATES):
         steady, rate = as_formula(gates[2 * k]), as_formula(gates[2 * k + 1])
-        rates.append((_safe(cell.states[k]), Formula(f"{inside(rate, 2)} * ({inside(steady, 1)} - {_safe(cell.states[k])})", 2)))
+        rates.append(
+            (_safe(cell.states[k]), Formula(f"{inside(rate, 2)} * ({inside(steady, 1)} - {_safe(cell.states[k])})", 2))
+        )
     for k in range(m.GATES, len(cell.states)):
         source, decay = as_formula(rest[2 * (k - m.GATES)]), as_formula(rest[2 * (k - m.GATES) + 1])
         own = _safe(cell.states[k])
@@ -125,7 +136,8 @@ def _of_plant() -> Equations:
     cubed = reader.note("m_cubed", reader.call("fast_activation_cubed", v))
     fast, slope, offset = reader.call("current_coefficients", h, n, x, c, channels, 0, constants)
     total = Formula(
-        f"{inside(fast, 2)} * {cubed} * (membrane.V - constants.calcium_reversal) + ({slope}) * membrane.V - ({offset})", 1
+        f"{inside(fast, 2)} * {cubed} * (membrane.V - constants.calcium_reversal) + ({slope}) * membrane.V - ({offset})",
+        1,
     )
     total = reader.note("total", total)
     inflow = "constants.calcium_influx * x * (constants.calcium_entry_potential - membrane.V)"
@@ -185,4 +197,6 @@ def export(name: str, file: Path) -> None:
         model = kit.parse_model(text)
         kit.formats.exporter("cellml2").model(str(file), model)
     except OSError as error:
-        raise WriteError(f"could not write {shown(str(file))}: {error.strerror or error}; choose another place") from None
+        raise WriteError(
+            f"could not write {shown(str(file))}: {error.strerror or error}; choose another place"
+        ) from None

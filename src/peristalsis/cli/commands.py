@@ -8,6 +8,7 @@ import typer
 
 from .bench_command import EXAMPLES as BENCH_EXAMPLES
 from .bench_command import bench
+from .cell_command import app as cell_app
 from .inputs import Input
 from .job import Job
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
@@ -414,6 +415,7 @@ def check_(
     return Job(lambda screen: check(folders, quarantine, screen))
 
 
+app.add_typer(cell_app)
 app.command("paper", epilog=_epilog("paper"))(paper)
 app.command("verify", epilog=_epilog("verify"))(verify)
 app.command("bench", epilog=_epilog("bench"))(bench)
