@@ -74,7 +74,7 @@ def run(
     dt = sampling / parts
     constants = own.SHIPPED
     tables = kernels.gate_table(dt, constants), kernels.gate_table(0.5 * dt, constants)
-    v, states = initial[:1].copy(), np.ascontiguousarray(initial[1:, None])
+    v, states = initial[:1].copy(), initial[1:, None].copy()
     channels, unset = cell.conductances[:, None], np.full(1, np.nan)
     stages, none, shunt = coefficients(STAGES), np.zeros(0), np.zeros(1)
     kept = np.empty((samples + 1, initial.size))

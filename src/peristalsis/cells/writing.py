@@ -51,6 +51,13 @@ class Writer:
         variables = list(self.cell.model.variables(deep=True))
         simple = [_safe(v.name()) for v in variables]
         for variable, short in zip(variables, simple, strict=True):
+            if variable in self.order:  # never a local variable
+                names[variable] = (
+                    short
+                    if [_safe(s.name()) for s in self.order].count(short) == 1
+                    else _safe(variable.qname().replace(".", "_"))
+                )
+                continue
             clash = simple.count(short) > 1 or short in OWN | TAKEN
             names[variable] = _safe(variable.qname().replace(".", "_")) if clash else short
         return names
