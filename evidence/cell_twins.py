@@ -1,4 +1,4 @@
-"""The shipped cells once more, in Myokit's syntax and written by hand from their sources: what `cells.py` compares with.
+"""The shipped cells once more, in Myokit's syntax and written by hand: what `cells.py` compares with.
 
 Corrias & Buist 2007 and Du 2013 are in the units of their sources (pA, nS, pF), the others per area.
 """

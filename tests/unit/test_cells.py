@@ -90,9 +90,9 @@ def test_calcium_of_the_muscle_falls_by_the_exchange_that_is_declared() -> None:
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_export_says_the_same_equations(name: str, myokit: object) -> None:
-    from peristalsis.cells.foreign import right_side
-
     import myokit as kit
+
+    from peristalsis.cells.foreign import right_side
 
     cell = described(name)
     model = kit.parse_model(written(equations(name)))

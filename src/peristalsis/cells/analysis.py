@@ -108,7 +108,8 @@ def _potential(model: Any) -> Variable:
             return found[0]
     if not by_unit and not by_name:
         raise ConfigurationError(
-            "the model has no membrane potential among its states: none is in volts or named V; label one in an .mmt file"
+            "the model has no membrane potential among its states: none is in volts or named V; label one in an "
+            ".mmt file"
         )
     names = ", ".join(s.qname() for s in by_unit or by_name)
     raise ConfigurationError(f"{names} could each be the membrane potential; label one of them in an .mmt file")
@@ -118,7 +119,7 @@ def _leave_out_stimuli(model: Any, potential: Variable) -> list[str]:
     """Set to 0 what depends on time or a pacing protocol; their names."""
     kit = myokit()
     time = model.time()
-    driven = {v for v in model.variables(deep=True, bound=True)}
+    driven = set(model.variables(deep=True, bound=True))
 
     def follows(variable: Variable) -> bool:
         return not variable.is_state() and any(left.var() in driven for left in variable.rhs().references())
@@ -135,8 +136,8 @@ def _leave_out_stimuli(model: Any, potential: Variable) -> list[str]:
             continue
         if variable.unit() is not None and kit.Unit.close_exponent(variable.unit(), kit.parse_unit("V")):
             raise ConfigurationError(
-                f"{variable.qname()} sets a potential in the course of time, as a voltage clamp does; take the clamp out "
-                "of the file"
+                f"{variable.qname()} sets a potential in the course of time, as a voltage clamp does; take the "
+                "clamp out of the file"
             )
         left_out.append(variable.qname())
         if variable.is_bound():
@@ -213,7 +214,8 @@ def _capacitance(potential: Variable, remarks: list[str]) -> tuple[Variable | No
     unit = found[0].unit()
     if unit is not None and kit.Unit.close_exponent(unit, farad):
         remarks.append(
-            f"currents of a whole cell of {value(kit.Name(found[0])):g} {str(unit).strip('[]')} are per area, at 1 uF/cm^2"
+            f"currents of a whole cell of {value(kit.Name(found[0])):g} {str(unit).strip('[]')} are per area, "
+            "at 1 uF/cm^2"
         )
         return found[0], 1.0 / value(kit.Name(found[0])), True
     if unit is None or unit == kit.units.dimensionless:

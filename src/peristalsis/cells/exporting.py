@@ -136,7 +136,8 @@ def _of_plant() -> Equations:
     cubed = reader.note("m_cubed", reader.call("fast_activation_cubed", v))
     fast, slope, offset = reader.call("current_coefficients", h, n, x, c, channels, 0, constants)
     total = Formula(
-        f"{inside(fast, 2)} * {cubed} * (membrane.V - constants.calcium_reversal) + ({slope}) * membrane.V - ({offset})",
+        f"{inside(fast, 2)} * {cubed} * (membrane.V - constants.calcium_reversal) + ({slope}) * membrane.V "
+        f"- ({offset})",
         1,
     )
     total = reader.note("total", total)

@@ -175,9 +175,9 @@ def per_state(term: Expression, state: Variable) -> Expression | None:
     if isinstance(term, kit.Divide):
         inner = per_state(term[0], state)
         return inner and kit.Divide(inner, term[1])
-    if isinstance(term, kit.Power) and isinstance(term[0], kit.Name) and term[0].var() is state:
-        if term[1].is_constant() and term[1].eval() >= 1.0:
-            return kit.Power(term[0], kit.Minus(term[1], kit.Number(1)))
+    of_state = isinstance(term, kit.Power) and isinstance(term[0], kit.Name) and term[0].var() is state
+    if of_state and not rests_on(term[1], state) and value(term[1]) >= 1.0:
+        return kit.Power(term[0], kit.Minus(term[1], kit.Number(1)))
     return None
 
 

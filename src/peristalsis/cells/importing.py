@@ -58,8 +58,8 @@ def import_cell(source: Path, out: Path | None = None, name: str | None = None, 
     trace = _trace_differs(cell, anatomy, names, times, course)
     if not rates < EQUAL or not trace < CLOSE:
         raise PeristalsisError(
-            f"{shown(source.name)} and the description made of it differ: rates by {rates:.1e}, potential by {trace:.1e} "
-            f"of its range; {shown(str(target))} is kept to look at, and must not be used"
+            f"{shown(source.name)} and the description made of it differ: rates by {rates:.1e}, potential by "
+            f"{trace:.1e} of its range; {shown(str(target))} is kept to look at, and must not be used"
         )
     return Imported(target, cell, anatomy, rates, trace, solver, duration)
 
@@ -85,7 +85,8 @@ def _header(source: Path, cell: Anatomy) -> str:
 def ordered(cell: Description, anatomy: Anatomy, names: list[str], values: Floats) -> Floats:
     """Values in the order of a foreign model, in the order and units of the description."""
     places = [names.index(anatomy.potential.qname())]
-    places += [names.index(one.state.qname()) for one in (*anatomy.gates, *anatomy.others)]
+    states = [gate.state for gate in anatomy.gates] + [other.state for other in anatomy.others]
+    places += [names.index(state.qname()) for state in states]
     found = values[places].copy()
     found[0] *= anatomy.potential_scale
     return found
@@ -96,7 +97,7 @@ def rates_differ(cell: Description, anatomy: Anatomy, names: list[str], course: 
     theirs, ours = right_side(anatomy.model), description.rates(cell)
     chance = np.random.default_rng(5)
     worst = 0.0
-    sizes: Floats | None = None
+    sizes: Floats = np.zeros(course.shape[0])
     pairs = []
     for k in range(0, course.shape[1], 16):
         state = course[:, k] * (1.0 + 0.02 * chance.random(course.shape[0]))
@@ -104,7 +105,7 @@ def rates_differ(cell: Description, anatomy: Anatomy, names: list[str], course: 
         expected = ordered(cell, anatomy, names, expected) / anatomy.time_scale
         mine = ordered(cell, anatomy, names, state)
         pairs.append((expected, ours(float(mine[0]), mine[1:], 0.0)))
-        sizes = np.abs(expected) if sizes is None else np.maximum(sizes, np.abs(expected))
+        sizes = np.maximum(sizes, np.abs(expected))
     for expected, found in pairs:
         with np.errstate(invalid="ignore"):
             worst = max(worst, float(np.nanmax(np.abs(found - expected) / np.maximum(sizes, 1e-300))))

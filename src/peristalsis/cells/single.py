@@ -94,7 +94,7 @@ def run(
                     f"{(k + 1) * sampling:g} ms in steps of {dt:g} ms; take a shorter step or a weaker stimulus"
                 )
         kept[k + 1, 0], kept[k + 1, 1:] = v[0], states[:, 0]
-    times = sampling * np.arange(samples + 1)
+    times = sampling * np.arange(samples + 1, dtype=np.float64)
     return Trace(times, kept[:, 0], kept[:, 1:].T, cell.states, dt)
 
 

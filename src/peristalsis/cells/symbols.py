@@ -201,6 +201,6 @@ def _load(node: ast.expr) -> ast.expr:
 
 def _strange(node: ast.AST) -> ConfigurationError:
     return ConfigurationError(
-        f"line {getattr(node, 'lineno', 0)} ({ast.unparse(node)[:60]}) cannot be exported: a cell for export is made of "
-        "assignments, conditions and functions of math"
+        f"line {getattr(node, 'lineno', 0)} ({ast.unparse(node)[:60]}) cannot be exported: a cell for export is made "
+        "of assignments, conditions and functions of math"
     )

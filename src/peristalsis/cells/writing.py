@@ -203,7 +203,7 @@ class Writer:
         done: set[str] = set()
 
         def need(left: Expression) -> None:
-            variable = left.var()
+            variable, meant = left.var(), definition(left)
             if variable in self.conductances and not isinstance(left, self.kit.Derivative):
                 k = self.conductances[variable]
                 factor = self.cell.channels[k].factor
@@ -211,14 +211,14 @@ class Writer:
             elif variable is self.cell.capacitance:
                 scale = self.cell.capacitance_scale
                 text = f"{self.names[variable]} = constants.capacitance" + ("" if scale == 1.0 else f" / {scale!r}")
-            elif definition(left) is None or (tables and variable in self.tabulated):
+            elif meant is None or (tables and variable in self.tabulated):
                 return
             else:
                 if self._left(left, tables) in done:
                     return
-                for inner in sorted(definition(left).references(), key=str):
+                for inner in sorted(meant.references(), key=str):
                     need(inner)
-                text = f"{self._left(left, tables)} = {self._expression(definition(left), tables)}"
+                text = f"{self._left(left, tables)} = {self._expression(meant, tables)}"
             if text.split(" = ")[0] not in done:
                 done.add(text.split(" = ")[0])
                 lines.append(f"    {text}")

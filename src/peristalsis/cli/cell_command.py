@@ -108,7 +108,7 @@ def import_(
     duration: Annotated[str, typer.Option("--duration", metavar="TIME", help="How long to compare.")] = "1 s",
     as_json: Json = False,
 ) -> Job:
-    """Make a description of a cell from a file of another program, and compare it with Myokit's simulation of the file."""
+    """Make a description of a cell from a file of another program, and compare it with Myokit's simulation."""
     from ..units import parse
 
     span = parse(duration, "ms", "--duration")
