@@ -110,7 +110,7 @@ def case(name: str) -> tuple[Any, Any, list[tuple[float, float, float]], float]:
 
 
 def cost_of(name: str, nodes: int = 2000, steps: int = 200) -> float:
-    """Seconds for a node and step, the least of five."""
+    """Seconds for a node and step, the least of thirty."""
     if name == "plant":
         model = build(configuration("baseline"))
         conductances, constants, kernels, advance = (
@@ -131,7 +131,7 @@ def cost_of(name: str, nodes: int = 2000, steps: int = 200) -> float:
     dt = 0.01
     tables = kernels.gate_table(dt, constants), kernels.gate_table(0.5 * dt, constants)
     best = np.inf
-    for repeat in range(6):
+    for repeat in range(31):
         v, states = np.full(nodes, begin[0]), np.repeat(begin[1:, None], nodes, axis=1)
         channels, unset = np.repeat(conductances, nodes, axis=1), np.full(nodes, np.nan)
         clock = time.perf_counter()
