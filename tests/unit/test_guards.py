@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import peristalsis as ps
+from peristalsis.errors import DivergenceError
 from peristalsis.inputs.build import build
 from peristalsis.model import guards
 from peristalsis.model.guards import advance_safely, violation
@@ -218,3 +220,22 @@ def test_a_wall_that_bows_across_the_axis_is_let_be() -> None:
     found = violation(model, replace(state, wall=replace(state.wall, position=folded)))
     assert found is not None
     assert "stretch" in found
+
+
+def test_a_stimulus_beyond_the_channels_is_blamed_and_not_the_step() -> None:
+    """A lasting excitation meets cells whose channels have closed again: no step is short enough for it."""
+    reflex = {
+        "threshold": 1.0153,
+        "oral_length": "5.8806 cm",
+        "anal_length": "0.053842 cm",
+        "delay": "0.18323 s",
+        "refractory": "0.76489 s",
+        "excitation_intensity": "6.7472 uA/cm^2",
+        "excitation_duration": "0.072587 s",
+        "inhibition_conductance": "0.10286 mS/cm^2",
+        "inhibition_duration": "0.059912 s",
+    }
+    changes = {f"reflex.{name}": value for name, value in reflex.items()}
+    run = Simulation(ps.configuration(reading="stretched", changes={**changes, "run.duration": "1.1 s"}))
+    with pytest.raises(DivergenceError, match=r"a stimulus of 6\.747 .* lower .*reflex\.excitation_intensity"):
+        run.run()

@@ -318,13 +318,28 @@ def _advance_sheet(
             raise DivergenceError(f"{field} at t = {start:.6g} s: {error}") from None
     if bad >= 0:
         place = f"z = {model.grid.cells[bad // shape[1]]:.3g} cm" if shape[0] > 1 else "the oral end"
-        cause = _why_out_of_range(model, tissue, stimulus, field)
+        cause = _why_out_of_range(model, tissue, stimulus, field, gates, bad)
         low, high = tissue.cell.lowest, tissue.cell.highest
         raise DivergenceError(f"{field} left {low:g}...{high:g} mV at {place}, t = {start:.6g} s: {cause}")
     return SheetState(potential.reshape(shape), gates.reshape(-1, *shape), first.reshape(shape), last.reshape(shape))
 
 
-def _why_out_of_range(model: Model, tissue: _Tissue, stimulus: _Stimulus, field: str) -> str:
+FINE_STEP = 0.05
+"""A conduction step so short [ms] is not what takes a potential out of range: no gate moves by much within it."""
+
+
+def _overwhelmed(tissue: _Tissue, stimulus: _Stimulus, gates: Floats, at: int) -> bool:
+    """Whether the channels of a cell, as open as they are, carry off less than its stimulus at the end of the range."""
+    current = float(stimulus.current.ravel()[at])
+    edge = tissue.cell.highest if current > 0.0 else tissue.cell.lowest
+    one = slice(at, at + 1)
+    flows = tissue.cell.kernels.currents(np.array([edge]), gates[:, one], tissue.conductances[:, one], tissue.constants)
+    carried = tissue.constants.kinetics_rate * sum(float(flow[0]) for flow in flows.values())
+    carried += float(stimulus.conductance.ravel()[at]) * edge
+    return current > max(carried, 0.0) if current > 0.0 else current < min(carried, 0.0)
+
+
+def _why_out_of_range(model: Model, tissue: _Tissue, stimulus: _Stimulus, field: str, gates: Floats, bad: int) -> str:
     """What takes a potential out of the tables: a stimulus, a reversal potential beyond them, or the step."""
     low, high = tissue.cell.lowest, tissue.cell.highest
     current = stimulus.current.ravel()
@@ -336,14 +351,16 @@ def _why_out_of_range(model: Model, tissue: _Tissue, stimulus: _Stimulus, field:
         total += float(stimulus.conductance.ravel()[strongest])
         rate = (float(current[strongest]) + pull) / tissue.constants.capacitance  # mV in a ms, from 0 mV
         target = (float(current[strongest]) + pull) / total if total > 0.0 else np.inf
-        if not low < target < high or abs(rate) * model.dt_wall * 1e3 > high - low:
+        at = bad if current[bad] != 0.0 else strongest
+        too_strong = model.dt_cell <= FINE_STEP and _overwhelmed(tissue, stimulus, gates, at)
+        if too_strong or not low < target < high or abs(rate) * model.dt_wall * 1e3 > high - low:
             layer = field.partition(" ")[0]
             names = {
                 "longitudinal": "pacemaker.intensity, or the strength of listed stimuli",
                 "circular": "trigger.intensity, reflex.excitation_intensity or rings.intensity",
             }
             return (
-                f"a stimulus of {current[strongest]:.4g} uA/cm^2 drives the cells there, beyond what their channels "
+                f"a stimulus of {current[at if too_strong else strongest]:.4g} uA/cm^2 drives the cells there, beyond what their channels "
                 f"carry off; lower {names.get(layer, 'pacemaker.cell_coupling')}"
             )
     for name, value in tissue.constants._asdict().items():
