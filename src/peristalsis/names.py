@@ -84,6 +84,13 @@ FIELDS = [
         lambda now: now.state.circular.potential,
     ),
     Output(
+        "potential_network",
+        CELLS,
+        "mV",
+        "membrane potential of the interstitial cells",
+        lambda now: now.sheet("network").potential,
+    ),
+    Output(
         "calcium_longitudinal",
         CELLS,
         "1",
@@ -301,6 +308,8 @@ OF_PLANT = {
     for layer in ("longitudinal", "circular")
 }
 """Outputs of a layer that there are with Plant's cell alone."""
+OF_NETWORK = {"potential_network"}
+"""Fields that there are with a network alone."""
 CALCIUM = ("c", "calcium")
 """States that are a cell's calcium."""
 
@@ -312,6 +321,8 @@ def outputs_of_cell(layer: str, states: Sequence[str], channels: Sequence[str]) 
     """
     found = [_gate_probe(layer, name, name, f"state {name}") for name in states]
     found += [_conductance_probe(layer, name, name) for name in channels]
+    if layer == "network":
+        return [OUTPUTS.setdefault(output.name, output) for output in (_potential_probe(layer), *found)]
     calcium = [name for name in states if name in CALCIUM]
     if calcium:
         found.append(OUTPUTS[f"calcium_{layer}"])

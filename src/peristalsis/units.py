@@ -26,6 +26,7 @@ DIMENSIONLESS = "1"
 _INTERNAL = {
     DIMENSIONLESS: 1.0,
     "cm": 1.0,
+    "cm^2/s": 1.0,
     "s": 1.0,
     "deg": math.pi / 180.0,
     "ms": 1e-3,

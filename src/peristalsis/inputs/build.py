@@ -14,7 +14,7 @@ from ..control.reflex import Reflex
 from ..control.sequence import Trigger
 from ..geometry.grid import Grid
 from ..model.constants import LumenConstants, PelletConstants
-from ..model.model import ExplicitScheme, Layer, Model, PacemakerCell, Response
+from ..model.model import ExplicitScheme, Layer, Model, Network, PacemakerCell, Response
 from ..pellet import sphere
 from ..pellet.friction import FrictionLaw
 from ..tissue.cell import PLANT, SHIPPED_CELL, Cell, described
@@ -108,6 +108,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         explicit=_explicit(c),
         stimuli_longitudinal=like.stimuli_longitudinal if like and same("stimuli") else _listed(c, "longitudinal"),
         stimuli_circular=like.stimuli_circular if like and same("stimuli") else _listed(c, "circular"),
+        network=like.network if like and same("network", "parts") else _network(c, grid),
     )
 
 
@@ -169,11 +170,40 @@ def _conductances(layer: LayerConfiguration, cells: int) -> np.ndarray:
     return np.repeat(np.array([[getattr(layer, name)] for name in CHANNELS], dtype=float), cells, axis=1)
 
 
+def _network(c: Configuration, grid: Grid) -> Network | None:
+    if not c.network.enabled:
+        return None
+    n = c.network
+    cell, constants, channels = cell_of_layer(c, "network")
+    sheet = Layer(
+        conductances=_by_cells(c, "network", cell, channels, grid),
+        diffusivity=n.diffusivity,
+        conductivities=Conductivities(1.0, 1.0, 1.0, 1.0),
+        conducts=n.diffusivity > 0.0,
+        force_factor=0.0,
+        threshold=math.inf,
+        conductivity=_factors(c, "network", "conductivity", grid, at=0.5 * (grid.cells[1:] + grid.cells[:-1])),
+        conductivity_around=_factors(c, "network", "conductivity", grid, turned=0.5),
+        constants=constants,
+        cell=cell,
+    )
+    return Network(sheet, n.coupling_longitudinal, n.coupling_circular, n.load)
+
+
+def _by_cells(c: Configuration, name: str, cell: Cell, channels: np.ndarray, grid: Grid) -> np.ndarray:
+    """Conductances of all cells of a layer with the factors of its regions, (channels, n_cells)."""
+    conductances = np.repeat(channels[:, None], grid.n_z * grid.n_theta_conduction, axis=1)
+    for channel, row in zip(cell.channels, conductances, strict=True):
+        row *= np.ravel(_factors(c, name, channel, grid))
+    return conductances
+
+
 def cell_of_layer(c: Configuration, name: str) -> tuple[Cell, Any, np.ndarray]:
     """Cell model of a layer, its constants, and its conductances [mS/cm^2], (channels,), before regions."""
     chosen = c.cell_of(name)
     if chosen == PLANT:
-        return SHIPPED_CELL, cell_constants(c, c.tissue.kinetics_rate), _conductances(getattr(c, name), 1)[:, 0]
+        layer = c.longitudinal if name == "network" else getattr(c, name)
+        return SHIPPED_CELL, cell_constants(c, c.tissue.kinetics_rate), _conductances(layer, 1)[:, 0]
     part = find("cell", chosen)
     cell = described(part.name, part.file)
     numbers = c.part_numbers(name, part)
@@ -184,11 +214,8 @@ def cell_of_layer(c: Configuration, name: str) -> tuple[Cell, Any, np.ndarray]:
 def _layer(c: Configuration, name: str, grid: Grid) -> Layer:
     layer: LayerConfiguration = getattr(c, name)
     cell, constants, channels = cell_of_layer(c, name)
-    conductances = np.repeat(channels[:, None], grid.n_z * grid.n_theta_conduction, axis=1)
-    for channel, row in zip(cell.channels, conductances, strict=True):
-        row *= np.ravel(_factors(c, name, channel, grid))
     return Layer(
-        conductances=conductances,
+        conductances=_by_cells(c, name, cell, channels, grid),
         diffusivity=diffusivity(c, layer, constants.capacitance),
         conductivities=Conductivities(
             layer.intracellular_axial,

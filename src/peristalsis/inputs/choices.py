@@ -20,6 +20,7 @@ SLOTS: Mapping[str, str] = {
     "tissue.cell": "cell",
     "longitudinal.cell": "cell",
     "circular.cell": "cell",
+    "network.cell": "cell",
     "wall.law": "law",
     "pellet.shape": "shape",
 }
@@ -84,6 +85,14 @@ def chosen(values: Mapping[str, Any]) -> dict[str, Part]:
     return found
 
 
+def in_use(values: Mapping[str, Any]) -> dict[str, Part]:
+    """As `chosen`, without the cell of a network that is not there."""
+    found = chosen(values)
+    if values["network.enabled"] not in (True, "true", "on"):
+        del found["network.cell"]
+    return found
+
+
 def foreign(slots: Mapping[str, Part]) -> dict[str, str]:
     """Hash of the file of every chosen part that the package does not ship, by its name."""
     return {
@@ -104,6 +113,11 @@ def complete(given: Mapping[str, Any], slots: Mapping[str, Part]) -> tuple[tuple
         if key not in used:
             section, name, _ = key.split(".")
             slot = f"{section}.{SECTIONS[section]}"
+            if slot not in slots:
+                raise ConfigurationError(
+                    f"{key} is set, and network.enabled = false: it would have no effect; set network.enabled = true, "
+                    f"or leave {key} out"
+                )
             raise ConfigurationError(
                 f"{key} is set, and {slot} = {slots[slot].name}: it would have no effect; set {slot} = {name}, or "
                 f"leave {key} out"
@@ -123,7 +137,7 @@ def _used(slots: Mapping[str, Part]) -> Iterator[tuple[str, Declared]]:
         for one in part.numbers:
             yield f"tissue.{part.name}.{one.name}", one
     for key, part in slots.items():
-        if key != "tissue.cell" and part.name != SHIPPED[part.kind]:
+        if key != "tissue.cell" and (part.name != SHIPPED[part.kind] or key == "network.cell"):
             for one in part.numbers:
                 yield f"{key.partition('.')[0]}.{part.name}.{one.name}", one
 

@@ -50,6 +50,15 @@ def _check_parts(config: Configuration) -> None:
     cells = config.cells()
     shipped = SHIPPED["cell"]
     plants = PARAMETERS_OF_PLANT
+    if config.network.enabled and config.solver.integrator == "explicit":
+        _refuse("network.enabled", "true", "the explicit scheme has no network", "use solver.integrator = implicit")
+    if not config.network.enabled:
+        for region in config.regions:
+            if region.layer == "network":
+                raise ConfigurationError(
+                    f"regions: {region.name}: layer = network, and network.enabled = false; set it true, or leave the "
+                    "region out"
+                )
     for layer, cell in cells.items():
         if cell.name != shipped and config.solver.integrator == "explicit":
             _refuse(
@@ -60,13 +69,13 @@ def _check_parts(config: Configuration) -> None:
         others = {one.name for kind in parts("cell").values() for one in kind.channels} | set(plants)
         for region in config.regions:
             for quantity, _ in region.factors:
-                concerned = region.layer in ("both", layer)
+                concerned = region.layer == layer or (region.layer == "both" and layer != "network")
                 if concerned and quantity in others and quantity not in channels:
                     raise ConfigurationError(
                         f"regions: {region.name}: {quantity} is no channel of {cell.name}, the cell of the {layer} "
                         f"layer; {suggestion(quantity, sorted(channels))}, or give the region to one layer"
                     )
-        if cell.name != shipped:
+        if cell.name != shipped and layer != "network":
             for protocol in config.time_courses():
                 section, _, name = protocol.parameter.partition(".")
                 if section == layer and name in plants:

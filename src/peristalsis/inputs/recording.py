@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ..names import CELLS, FIELDS, OF_PLANT, OUTPUTS, PROBE, PROBES, SCALARS, outputs_of_cell
+from ..names import CELLS, FIELDS, OF_NETWORK, OF_PLANT, OUTPUTS, PROBE, PROBES, SCALARS, outputs_of_cell
 from .parts import SHIPPED, Part
 
 ALL = "all"
@@ -82,13 +82,15 @@ def probe_names(cells: Cells) -> tuple[str, ...]:
 
 
 def _others(cells: Cells) -> list[tuple[str, Part]]:
-    return [(layer, cell) for layer, cell in cells.items() if cell.name != SHIPPED["cell"]]
+    return [(layer, cell) for layer, cell in cells.items() if cell.name != SHIPPED["cell"] or layer == "network"]
 
 
 def _left_out(cells: Cells) -> set[str]:
     """Outputs that a layer does not have, since its cell is not Plant's."""
-    found: set[str] = set()
+    found = set() if "network" in cells else set(OF_NETWORK)
     for layer, cell in _others(cells):
+        if layer == "network":
+            continue
         own = {output.name for output in outputs_of_cell(layer, cell.states, [one.name for one in cell.channels])}
         found |= OF_PLANT[layer] - own
     return found

@@ -100,11 +100,14 @@ def _sound(model: Model, state: State) -> bool:
 
 
 def _sheets(model: Model, state: State) -> tuple[tuple[str, Cell, SheetState], ...]:
-    return (
+    found = (
         ("longitudinal", model.longitudinal.cell, state.longitudinal),
         ("circular", model.circular.cell, state.circular),
         ("pacemaker", SHIPPED_CELL, state.pacemaker),
     )
+    if model.network is None or state.network is None:
+        return found
+    return (*found, ("network", model.network.sheet.cell, state.network))
 
 
 @cache
@@ -124,7 +127,7 @@ def _all_within(
 ) -> bool:
     """Whether potentials and gates (a row each) keep what is allowed, and the rest is finite."""
     good = True
-    for sheet in range(3):
+    for sheet in range(len(potentials)):
         bounds = allowed[sheet]
         good &= _between(potentials[sheet], bounds[0, 0], bounds[1, 0])
         rows = gates[sheet]

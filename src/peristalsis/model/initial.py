@@ -74,6 +74,7 @@ def _at_rest(
         trigger=quiet((model.grid.n_z, model.grid.n_theta_conduction)),
         reflex=SILENT,
         sources=tuple(waiting(source) for source in model.sources),
+        network=None if model.network is None else _resting_sheet(model, model.network.sheet, "network")[0],
     )
 
 

@@ -110,6 +110,19 @@ class PacemakerCell:
     sector: float = RING
 
 
+@dataclass(frozen=True)
+class Network:
+    """Interstitial cells on the grid of the layers, each coupled to the cells of both by gaps [mS/cm^2].
+
+    sheet: their cells and conduction, as of a layer. load: share of the muscle's gap current that they carry.
+    """
+
+    sheet: Layer
+    longitudinal: float
+    circular: float
+    load: float
+
+
 class ExplicitScheme(NamedTuple):
     """Settings of the explicit scheme, Eqs. (53)-(57).
 
@@ -160,6 +173,7 @@ class Model:
     explicit: ExplicitScheme | None = None
     stimuli_longitudinal: Listed = NO_PULSES
     stimuli_circular: Listed = NO_PULSES
+    network: Network | None = None
 
     @property
     def dt_cell(self) -> float:

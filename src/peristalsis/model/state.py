@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SheetState:
-    """One muscle sheet: potential [mV] (n_z, n_theta_conduction), gates (4, ...), activation times [ms].
+    """One muscle sheet: potential [mV] (n_z, n_theta_conduction), gates (states, ...), activation times [ms].
 
     first_activation and last_activation: first and latest rise through the activation level, nan before.
     """
@@ -95,3 +95,4 @@ class State:
     trigger: TriggerState
     reflex: ReflexState
     sources: tuple[SourceState, ...]
+    network: SheetState | None = None

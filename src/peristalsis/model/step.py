@@ -32,7 +32,7 @@ from .exchange import (
 from .explicit_step import march_explicitly
 from .fields import axial_tension_of_elements
 from .friction import dry_friction_now
-from .model import ACTIVATION_LEVEL, Layer, Model, explicit_stages
+from .model import ACTIVATION_LEVEL, Layer, Model, Network, explicit_stages
 from .state import PelletState, SheetState, State, WallState
 from .surface_fields import Stretches, surface_stretches
 from .surface_step import try_surface_wall
@@ -68,7 +68,7 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
         trigger = _listen_to_muscle(model, state.trigger, marched.longitudinal, marched.wall, stop)
         reflex = _listen_to_stretch(model, state.reflex, marched.wall, stop)
         return replace(marched, pacemaker=pacemaker, trigger=trigger, reflex=reflex), StepReport(0, micro_steps, 1)
-    longitudinal, circular, drive = _advance_tissue(model, state, stimuli, start)
+    longitudinal, circular, network, drive = _advance_tissue(model, state, stimuli, start)
     pacemaker = _advance_pacemaker(model, state.pacemaker, stimuli.pacemaker, start)
     solved = _solve_wall(
         model, state.wall, state.pellet, state.pressure, drive, model.dt_wall, model.max_halvings, stop
@@ -86,6 +86,7 @@ def advance(model: Model, state: State) -> tuple[State, StepReport]:
         trigger,
         reflex,
         state.sources,
+        network,
     )
     return after, StepReport(solved.iterations, solved.assemblies, solved.solves, solved.krylov)
 
@@ -99,15 +100,21 @@ def advance_tissue(model: Model, state: State) -> None:
 
 def _advance_tissue(
     model: Model, state: State, stimuli: _Stimuli, start: float
-) -> tuple[SheetState, SheetState, Floats]:
-    """Both layers after a step, and their drive of the wall."""
+) -> tuple[SheetState, SheetState, SheetState | None, Floats]:
+    """Both layers and the network after a step, and the drive of the wall."""
     stretch = _stretches_ahead(model, state.wall)
-    longitudinal = _advance_layer(model, "longitudinal", state.longitudinal, stretch, stimuli.longitudinal, start)
-    circular = _advance_layer(model, "circular", state.circular, stretch, stimuli.circular, start)
+    longitudinal, circular = (
+        _advance_layer(model, name, layer, sheet, stretch, stimulus, start)
+        for name, layer, sheet, stimulus in (
+            ("longitudinal", model.longitudinal, state.longitudinal, stimuli.longitudinal),
+            ("circular", model.circular, state.circular, stimuli.circular),
+        )
+    )
+    network = _advance_network(model, state, stretch, stimuli.network, start)
     drive = np.empty_like(state.wall.drive)
     drive[0] = muscle_drive(model, model.longitudinal, longitudinal)
     drive[1] = muscle_drive(model, model.circular, circular)
-    return longitudinal, circular, drive
+    return longitudinal, circular, network, drive
 
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
@@ -164,13 +171,14 @@ class _Stimuli(NamedTuple):
     longitudinal: _Stimulus
     circular: _Stimulus
     pacemaker: _Stimulus
+    network: _Stimulus
 
 
 def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
     """Mean stimuli over the step, Eqs. (24)-(26); the layers' have shape (n_z, n_theta), the pacemaker's (1, 1)."""
     grid = model.grid
     shape = (grid.n_z, grid.n_theta_conduction)
-    stimuli = _Stimuli(*(_Stimulus(np.zeros(size), np.zeros(size)) for size in (shape, shape, (1, 1))))
+    stimuli = _Stimuli(*(_Stimulus(np.zeros(size), np.zeros(size)) for size in (shape, shape, (1, 1), shape)))
     along, around = model.longitudinal.response, model.circular.response
     for source in state.sources:
         for pulses, response, stimulus in (
@@ -191,6 +199,8 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
         inhibition = np.zeros(shape)
         add_pulses(state.reflex.inhibition, grid.cells, grid.cell_size, start, stop, inhibition, response.inhibition)
         stimuli.circular.open(inhibition, model.circular.cell.inhibition(model.circular.constants))
+    if model.network is not None and state.network is not None:
+        _couple(model.network, state, state.network.potential, stimuli)
     if model.pacemaker_cell is not None:
         # Each side sees the other's potential of the step before and its own of now: stable at any coupling.
         cell = model.pacemaker_cell
@@ -206,11 +216,30 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
     return stimuli
 
 
+def _couple(network: Network, state: State, potential: Floats, stimuli: _Stimuli) -> None:
+    """Gap currents between the network and both layers, Eq. (77): each side sees the other's potential of before."""
+    for gap, muscle, stimulus in (
+        (network.longitudinal, state.longitudinal, stimuli.longitudinal),
+        (network.circular, state.circular, stimuli.circular),
+    ):
+        if gap > 0.0:
+            conductance = np.full_like(potential, gap)
+            stimulus.open(conductance, potential)
+            stimuli.network.open(network.load * conductance, muscle.potential)
+
+
+def _advance_network(
+    model: Model, state: State, stretch: _Ahead, stimulus: _Stimulus, start: float
+) -> SheetState | None:
+    if model.network is None or state.network is None:
+        return None
+    return _advance_layer(model, "network", model.network.sheet, state.network, stretch, stimulus, start)
+
+
 def _advance_layer(
-    model: Model, name: str, sheet: SheetState, stretch: _Ahead, stimulus: _Stimulus, start: float
+    model: Model, name: str, layer: Layer, sheet: SheetState, stretch: _Ahead, stimulus: _Stimulus, start: float
 ) -> SheetState:
     grid = model.grid
-    layer = model.longitudinal if name == "longitudinal" else model.circular
     conduction: Floats | SurfaceOperator | None
     ring_rate = 0.0
     if stretch.hoop is not None:
@@ -360,8 +389,8 @@ def _why_out_of_range(model: Model, tissue: _Tissue, stimulus: _Stimulus, field:
                 "circular": "trigger.intensity, reflex.excitation_intensity or rings.intensity",
             }
             return (
-                f"a stimulus of {current[at if too_strong else strongest]:.4g} uA/cm^2 drives the cells there, beyond what their channels "
-                f"carry off; lower {names.get(layer, 'pacemaker.cell_coupling')}"
+                f"a stimulus of {current[at if too_strong else strongest]:.4g} uA/cm^2 drives the cells there, beyond "
+                f"what their channels carry off; lower {names.get(layer, 'pacemaker.cell_coupling')}"
             )
     for name, value in tissue.constants._asdict().items():
         if name.endswith("_reversal") and not low < value < high:

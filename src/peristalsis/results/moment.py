@@ -94,11 +94,17 @@ class Moment:
         return contact_pressure(self.state.wall, self.model.wall)
 
     def sheet(self, layer: str) -> SheetState:
-        """Cells of the longitudinal or the circular layer."""
+        """Cells of the longitudinal or the circular layer, or of the network."""
+        if layer == "network":
+            assert self.state.network is not None
+            return self.state.network
         return self.state.longitudinal if layer == "longitudinal" else self.state.circular
 
     def layer(self, layer: str) -> Layer:
-        """Constants of the longitudinal or the circular layer, regions and protocols included."""
+        """Constants of the longitudinal or the circular layer or the network, regions and protocols included."""
+        if layer == "network":
+            assert self.model.network is not None
+            return self.model.network.sheet
         return self.model.longitudinal if layer == "longitudinal" else self.model.circular
 
     def gate(self, layer: str, gate: str) -> Floats:

@@ -82,6 +82,8 @@ class UpstrokeRecorder:
         }
 
     def _stimulated(self, model: Model, state: State, layer: str, cell: int, time: float) -> bool:
+        if model.network is not None:  # it drives all cells
+            return True
         since = time - LATENCY
         middle, half = float(model.grid.cells[cell]), 0.5 * model.grid.cell_size
         listed = model.stimuli_longitudinal if layer == "longitudinal" else model.stimuli_circular

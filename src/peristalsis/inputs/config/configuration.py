@@ -84,7 +84,7 @@ class Configuration(Sections):
         given = flatten(data)
         complete = {**written_defaults(reading_of(given)), **given}
         of_parts = {key: complete.pop(key) for key in given if choices.is_of_part(key)}
-        numbers = choices.complete(of_parts, choices.chosen(complete))
+        numbers = choices.complete(of_parts, choices.in_use(complete))
         try:
             super().__init__(**nest(complete), parts=numbers)
         except ValidationError as error:
@@ -112,8 +112,10 @@ class Configuration(Sections):
         """As `with_changes`, with the values as they stand in a file: a quoted "true" is not a switch."""
         given = flatten(tree)
         kept = self.texts()
-        if any(key in given for key in SLOTS):  # numbers of a part that is chosen no more go with it
-            slots = choices.chosen({**{slot: self.flat()[slot] for slot in SLOTS}, **given})
+        if any(
+            key in given for key in (*SLOTS, "network.enabled")
+        ):  # numbers of a part that is chosen no more go with it
+            slots = choices.in_use({**self.flat(), **given})
             kept = {key: text for key, text in kept.items() if choices.has_effect(key, slots)}
         if "reading" in given:
             kept |= reading_numbers(reading_of(given))
@@ -121,12 +123,13 @@ class Configuration(Sections):
 
     def cell_of(self, layer: str) -> str:
         """Name of the cell model of the longitudinal or the circular layer."""
-        own: str = getattr(self, layer).cell
+        own: str = getattr(self, layer).cell  # network.cell too
         return self.tissue.cell if own == choices.COMMON else own
 
     def cells(self) -> dict[str, Part]:
-        """Cell model of each layer."""
-        return {layer: find("cell", self.cell_of(layer)) for layer in LAYERS}
+        """Cell model of each layer, and of the network where there is one."""
+        found = {layer: find("cell", self.cell_of(layer)) for layer in LAYERS}
+        return found | {"network": find("cell", self.network.cell)} if self.network.enabled else found
 
     def capacitance_of(self, layer: str) -> float:
         """Capacitance of the cells of a layer [uF/cm^2]."""
@@ -281,9 +284,12 @@ class Configuration(Sections):
         ends: False leaves out when the run ends: equal then are runs of which one is the beginning of the other.
         """
         without = WITHOUT_EFFECT if ends else (*WITHOUT_EFFECT, *ENDS)
-        without = (*without, *(key for key in SLOTS if self.flat()[key] == PARAMETERS[key].value))
+        ours = self.flat()
+        without = (*without, *(key for key in SLOTS if ours[key] == PARAMETERS[key].value))
+        if not self.network.enabled:
+            without = (*without, *(key for key in ours if key.startswith("network.")))
         texts = {key: text for key, text in self.texts().items() if key not in without}
-        foreign = choices.foreign(choices.chosen(self.flat()))
+        foreign = choices.foreign(choices.in_use(self.flat()))
         if foreign:  # the same name may stand for another file tomorrow
             texts["parts"] = foreign
         canonical = json.dumps(texts, sort_keys=True, separators=(",", ":"), ensure_ascii=True)

@@ -182,6 +182,17 @@ class Pacemaker(Section):
     angular_width: float = parameter("pacemaker.angular_width", gt=0, le=360)
 
 
+class Network(Section):
+    """A network of interstitial cells that drives both layers."""
+
+    enabled: bool = parameter("network.enabled")
+    cell: str = parameter("network.cell")
+    diffusivity: float = parameter("network.diffusivity", ge=0, le=100)
+    coupling_longitudinal: float = parameter("network.coupling_longitudinal", ge=0, le=1000)
+    coupling_circular: float = parameter("network.coupling_circular", ge=0, le=1000)
+    load: float = parameter("network.load", ge=0, le=1000)
+
+
 class Trigger(Section):
     """How the circular layer follows the longitudinal one."""
 
@@ -310,6 +321,7 @@ class Sections(BaseModel):
     tissue: Tissue = Field(default_factory=Tissue)
     cell: Cell = Field(default_factory=Cell)
     pacemaker: Pacemaker = Field(default_factory=Pacemaker)
+    network: Network = Field(default_factory=Network)
     trigger: Trigger = Field(default_factory=Trigger)
     reflex: Reflex = Field(default_factory=Reflex)
     rings: Rings = Field(default_factory=Rings)

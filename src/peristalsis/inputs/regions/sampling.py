@@ -81,7 +81,10 @@ def factor_field(
     read-only and is kept, since a run with protocols asks for it at every step.
     """
     concerned = tuple(
-        region for region in regions if region.layer in ("both", layer) and quantity in dict(region.factors)
+        region
+        for region in regions
+        if (region.layer == layer or (region.layer == "both" and layer != "network"))
+        and quantity in dict(region.factors)
     )
     if not concerned:
         return None

@@ -13,7 +13,8 @@ from ..parts import parts
 from .shapes import Band, Box, Disc, Map, Shape, Stripes
 
 SHAPES: Mapping[str, type[Shape]] = MappingProxyType({shape.NAME: shape for shape in (Band, Box, Disc, Stripes, Map)})
-LAYERS = ("both", "longitudinal", "circular")
+LAYERS = ("both", "longitudinal", "circular", "network")
+"""What a region may be of; both: both layers of muscle."""
 
 QUANTITIES: Mapping[str, str] = MappingProxyType(
     {

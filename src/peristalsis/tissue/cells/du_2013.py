@@ -33,7 +33,7 @@ STATES = (
 """The first two are gates; then calcium in the cytosol, calcium in the store and inositol trisphosphate [mM]."""
 GATES = 2
 CALCIUM, STORE, IP3 = 2, 3, 4
-CHANNELS = ("sodium", "calcium", "calcium_potassium")
+CHANNELS = ("sodium", "calcium", "calcium_potassium", "ip3_voltage_production")
 INSTANT = 1
 LOWEST, HIGHEST = -150.0, 100.0
 START = (-70.0328, 0.0, 0.9998, 0.38498, 2.46238, 0.4778)
@@ -62,8 +62,6 @@ PARAMETERS = (
     number("extrusion_rate", 0.00066, "1/ms", "removal of calcium", tag="sourced", source=CURATED, lowest=0.0),
     number("ip3_production", 0.000062, "mM/ms", "IP3 made at any potential",
            tag="sourced", source=CURATED, lowest=0.0),
-    number("ip3_voltage_production", 0.032, "mM/ms", "most IP3 made where depolarised; sets the period",
-           tag="sourced", source=CURATED, lowest=0.0),
     number("ip3_potential", 60.0, "mV", "size of the potential of half of it",
            tag="sourced", source=CURATED, lowest=1.0),
     number("ip3_decay_rate", 0.02021, "1/ms", "decay of IP3", tag="sourced", source=CURATED, lowest=0.0),
@@ -79,7 +77,10 @@ CONDUCTANCES = (
            tag="sourced", source=CURATED, lowest=0.0),
     number("calcium_potassium", 1.2 / 27.0, "mS/cm^2", "calcium-activated potassium: 1.2 nS",
            tag="sourced", source=CURATED, lowest=0.0),
+    number("ip3_voltage_production", 0.032, "mM/ms", "most IP3 made where depolarised; sets the period",
+           tag="sourced", source=CURATED, lowest=0.0),
 )  # fmt: skip
+"""Besides the conductances the one number that sets the period: regions may make a part of a network faster."""
 INHIBITION = "potassium_reversal"
 """The constant towards which inhibiting nerves pull the potential."""
 
@@ -105,7 +106,6 @@ class CellConstants(NamedTuple):
     leak_rate: float
     extrusion_rate: float
     ip3_production: float
-    ip3_voltage_production: float
     ip3_potential: float
     ip3_decay_rate: float
     ip3_degradation: float
@@ -160,7 +160,7 @@ def others(
     row[2] = uptake * calcium
     row[3] = release + constants.leak_rate
     depolarised = 1.0 / (1.0 + _fourth(v * v / (constants.ip3_potential * constants.ip3_potential)))
-    row[4] = constants.ip3_production + constants.ip3_voltage_production * depolarised
+    row[4] = constants.ip3_production + channels[3, node] * depolarised
     cubed = ip3 * ip3 * ip3
     row[5] = constants.ip3_decay_rate + constants.ip3_degradation * cubed / (
         _fourth(constants.ip3_degradation_half) + cubed * ip3
