@@ -129,6 +129,17 @@ def factor(given: str, unit: str) -> Fraction:
     return Fraction(1) if spelt == _spelling(unit) else _factor(spelt, unit)
 
 
+def is_known(unit: str) -> bool:
+    """Whether a text is a unit that anything can be converted to."""
+    if not _UNIT.fullmatch(_spelling(unit)):
+        return False
+    try:
+        _registry().parse_units(_spelling(unit))
+    except Exception:  # pint raises its own errors and, for odd text, those of its tokenizer and of arithmetic
+        return False
+    return True
+
+
 def format_quantity(value: float, unit: str) -> str:
     """The shortest text that `read` turns back into exactly this number."""
     number = repr(float(value))
