@@ -23,7 +23,7 @@ from .tissue.cells.plant import CONDUCTANCES, CellConstants
 from .tissue.surface import Conductivities
 from .units import to_internal
 from .wall.active import ActiveConstants
-from .wall.membrane import WallConstants
+from .wall.constants import WallConstants
 from .wall.passive import PassiveConstants
 from .wall.surface_regularisers import SurfaceConstants
 

@@ -21,7 +21,7 @@ from ..tissue.cells import plant
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
 from ..tissue.surface import Conductivities, stability_rate
-from ..wall.membrane import WallConstants
+from ..wall.constants import WallConstants
 from ..wall.surface_regularisers import SurfaceConstants
 from .constants import LumenConstants, PelletConstants
 

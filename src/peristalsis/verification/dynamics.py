@@ -17,7 +17,7 @@ from ..wall.assembly import (
     WALL_ROWS,
     wall_forces,
 )
-from ..wall.membrane import WallConstants
+from ..wall.constants import WallConstants
 from .exact.cable import apply_operator
 from .exact.manufactured import ManufacturedMotion
 from .exact.runs import EXACT, march

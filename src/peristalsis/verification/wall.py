@@ -12,7 +12,7 @@ from ..model.fields import end_reactions
 from ..model.state import WallState
 from ..numerics.rates import rate_formula
 from ..wall.active import ActiveConstants
-from ..wall.membrane import WallConstants
+from ..wall.constants import WallConstants
 from ..wall.passive import PassiveConstants, passive_tension
 from .exact import mooney_rivlin
 from .exact.wall import (

@@ -18,7 +18,7 @@ from ..model.model import Model
 from ..model.state import State
 from ..model.step import advance
 from ..parameters import shipped
-from ..wall.membrane import WallConstants
+from ..wall.constants import WallConstants
 from ..wall.passive import PassiveConstants, passive_tension
 from .exact.runs import EXACT, IDLE, March, march, moved, started
 from .exact.wall import InflatedTube, assembled, relax, settle, wall_constants

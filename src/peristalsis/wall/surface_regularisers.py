@@ -13,7 +13,7 @@ import numpy as np
 
 from ..numerics.compiled import compiled
 from ..numerics.ring_blocks import add_bending, add_tether
-from .membrane import WallConstants
+from .constants import WallConstants
 from .surface import chord
 
 

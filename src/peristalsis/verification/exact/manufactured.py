@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...errors import DivergenceError
 from ...model.equilibrium import CONVERGED, REASONS, LumenConstants, PelletConstants, Step, solve_equilibrium
 from ...numerics.rates import rate_formula
-from ...wall.membrane import WallConstants
+from ...wall.constants import WallConstants
 from .wall import assembled, gradient
 
 Floats = NDArray[np.float64]

@@ -35,7 +35,7 @@ from ...wall.assembly import (
     wall_forces,
     wall_tangent,
 )
-from ...wall.membrane import WallConstants
+from ...wall.constants import WallConstants
 from ...wall.passive import PassiveConstants
 from .runs import EXACT, configured
 
