@@ -53,7 +53,7 @@ demo: $(READY)
 TEST_WORKERS ?= 2
 
 test: $(READY)
-	@$(BIN)/python -m peristalsis.warm_up
+	@$(BIN)/python -m peristalsis.running.warm_up
 	@$(BIN)/python -m pytest -q -n $(TEST_WORKERS) --dist worksteal
 
 lint: $(READY)
@@ -62,7 +62,7 @@ lint: $(READY)
 	$(BIN)/python -m mypy
 
 # Everything that keeps results and reads input must be reached by the tests; of the rest nineteen branches in twenty.
-KEPT := $(foreach name,disk manifest store packing checkpoint config consistency plan,*/peristalsis/$(name).py)
+KEPT := $(foreach name,storing/disk storing/manifest storing/store storing/packing storing/checkpoint inputs/config/* inputs/consistency many/plan,*/peristalsis/$(name).py)
 comma := ,
 space := $(subst x, ,x)
 
@@ -75,7 +75,7 @@ coverage: $(READY)
 	@$(BIN)/python -m coverage report --fail-under=100 --include='$(subst $(space),$(comma),$(strip $(KEPT)))'
 
 verify: test
-	@$(BIN)/peristalsis verify --full --out docs/verification
+	@$(BIN)/python -m verification --full --out docs/verification
 	@$(BIN)/python -m pytest -q -m "slow and not problem"
 
 matrix: $(READY)
@@ -85,7 +85,7 @@ mutants: $(READY)
 	@cd evidence && ../$(BIN)/python mutants.py
 
 bench: $(READY)
-	@$(BIN)/peristalsis bench --full --out docs/benchmarks
+	@$(BIN)/python -m benchmarks --full --out docs/benchmarks
 
 ARGS ?= --workers 2 --halving 20
 robust: $(READY)
@@ -93,7 +93,7 @@ robust: $(READY)
 
 clean:
 	rm -rf $(VENV) build dist .coverage .coverage.* .mypy_cache .pytest_cache .ruff_cache .hypothesis src/*.egg-info
-	find src tests examples -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
+	find src tests verification benchmarks examples -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
 
 $(READY): pyproject.toml constraints.txt $(if $(remake),FORCE)
 	@command -v "$(PYTHON)" >/dev/null 2>&1 || { \

@@ -8,7 +8,10 @@ from pathlib import Path
 
 import peristalsis as ps
 
-FOLDER = Path(__file__).resolve().parents[1] / "docs" / "evidence"
+ROOT = Path(__file__).resolve().parents[1]
+FOLDER = ROOT / "docs" / "evidence"
+
+sys.path.insert(0, str(ROOT))  # for the packages beside the package: benchmarks, verification
 
 
 def run_all(cases: Mapping[str, tuple[str, Mapping[str, object]]]) -> dict[str, ps.Result]:

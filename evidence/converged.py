@@ -13,9 +13,9 @@ import numpy as np
 from common import save_text, table
 
 import peristalsis as ps
-from peristalsis.certain import change, kept_of, neighbours
 from peristalsis.errors import PeristalsisError
-from peristalsis.simulation import Simulation
+from peristalsis.running.certain import change, kept_of, neighbours
+from peristalsis.running.simulation import Simulation
 
 GROUPS = ("friction", "muscle", "wall", "pressure", "pellet", "tissue", "mixed", "friction")
 READINGS = ("tight", "stretched", "printed")

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from common import run_all, save_text, table
 
-from peristalsis.config import Configuration
-from peristalsis.studies.cable import cable_wave_speed
+from peristalsis.inputs.config import Configuration
+from peristalsis.many.cable import cable_wave_speed
 
 FINEST = {"grid.n_z": 2000, "grid.n_z_wall": 1600, "step.wall": "1 ms", "step.conduction": "0.125 ms"}
 CASES = {

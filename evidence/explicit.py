@@ -12,7 +12,7 @@ import numpy as np
 from common import save_text, table
 
 import peristalsis as ps
-from peristalsis.build import build
+from peristalsis.inputs.build import build
 from peristalsis.model.explicit_limits import limits
 from peristalsis.model.initial import initial_state
 from peristalsis.model.model import Model

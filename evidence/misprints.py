@@ -82,7 +82,7 @@ MISPRINTS = (
         tests=(*QUICK, "tests/verification/test_wave_speed.py"),
         patches=(
             Patch(
-                "build.py",
+                "inputs/build.py",
                 "    return 1e3 * c.tissue.volume_to_surface * series / c.tissue.capacitance",
                 "    if layer is c.circular:\n"
                 "        return 1e3 * layer.conductivity_scale * outer / c.tissue.capacitance\n"

@@ -237,7 +237,7 @@ def worker_tree() -> Path:
     if TREE is None:
         TREE = Path(tempfile.mkdtemp(prefix="mutants-"))
         atexit.register(shutil.rmtree, TREE, ignore_errors=True)
-        for name in ("src", "tests"):
+        for name in ("src", "tests", "verification", "benchmarks"):
             shutil.copytree(ROOT / name, TREE / name, ignore=shutil.ignore_patterns("__pycache__"))
         shutil.copy(ROOT / "pyproject.toml", TREE / "pyproject.toml")
     return TREE

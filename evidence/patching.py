@@ -29,10 +29,10 @@ class Patch:
 
 @contextmanager
 def patched(patches: Sequence[Patch]) -> Iterator[Path]:
-    """A temporary tree (src, tests, pyproject) with the patches applied. Raises ValueError for a text not found."""
+    """A temporary tree of the repository with the patches applied. Raises ValueError for a text not found."""
     with tempfile.TemporaryDirectory(prefix="patched-") as folder:
         tree = Path(folder)
-        for name in ("src", "tests"):
+        for name in ("src", "tests", "verification", "benchmarks"):
             shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
         for name in ("pyproject.toml", "README.md"):
             shutil.copy(ROOT / name, tree / name)

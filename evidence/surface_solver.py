@@ -20,8 +20,8 @@ from common import save_text, table
 from numpy.typing import NDArray
 
 from peristalsis import scenarios
-from peristalsis.build import build
 from peristalsis.geometry.surface import column_angles
+from peristalsis.inputs.build import build
 from peristalsis.model import surface_equilibrium
 from peristalsis.model.initial import initial_state
 from peristalsis.model.model import Model

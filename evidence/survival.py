@@ -19,9 +19,9 @@ from pathlib import Path
 from common import save_text, table
 
 import peristalsis as ps
-from peristalsis.checkpoint import newest
 from peristalsis.cli import main
-from peristalsis.store import unfinished, verify
+from peristalsis.storing.checkpoint import newest
+from peristalsis.storing.store import unfinished, verify
 
 COARSE = {
     "grid.n_z": "200",

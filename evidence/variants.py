@@ -11,11 +11,11 @@ from pathlib import Path
 
 from common import save_text, table
 
+from peristalsis.many.rows import Row
 from peristalsis.paper.experiments import Bench, Condition, carry_out
 from peristalsis.paper.runs import RUNS, phase_name
 from peristalsis.paper.searches import SEARCHES
 from peristalsis.paper.variants import VARIANTS
-from peristalsis.studies.sweep import Record
 
 CASES = {
     "baseline": "1",
@@ -53,9 +53,9 @@ tension) fires everywhere at once, makes every transit more than twice as long, 
 """What was seen when this was made; the tables say whether it still is."""
 
 
-def ending(record: Record) -> str:
+def ending(record: Row) -> str:
     """How a run ended, with its travel where the pellet did not arrive."""
-    numbers = record.numbers
+    numbers = record.summary
     if numbers.get("transit_s") is not None:
         return f"{numbers['transit_s']:.3f} s"
     if numbers.get("travel_cm") is not None:

@@ -19,8 +19,7 @@ from common import save_text, table
 
 import peristalsis as ps
 from peristalsis import scenarios
-from peristalsis.benchmark.parts import clocked
-from peristalsis.preflight import remarks
+from peristalsis.inputs.preflight import remarks
 
 Case = dict[str, Any]
 WARMING = "10 ms"
@@ -34,6 +33,8 @@ PARTS = {"sheets": ("model.step", "_advance_layer"), "wall": ("model.step", "_so
 
 def measured(case: Case) -> dict[str, Any]:
     """One run, in this process: outcome, counts, seconds of the processor by part, memory."""
+    from benchmarks.parts import clocked
+
     configuration = scenarios.configuration(case["scenario"], changes=GRID | case["changes"])
     run = ps.Simulation(configuration)
     run.advance(WARMING)  # what is loaded at first use is not timed

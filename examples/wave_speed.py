@@ -10,7 +10,7 @@ import argparse
 import sys
 
 import peristalsis as ps
-from peristalsis.studies.cable import cable_wave_speed
+from peristalsis.many.cable import cable_wave_speed
 
 QUICK = {"grid.n_z": 400, "grid.n_z_wall": 200, "step.conduction": "0.5 ms", "step.wall": "4 ms"}
 

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from peristalsis.config import FIELDS
+from peristalsis.inputs.config import FIELDS
 
 Row = Mapping[str, Any]
 

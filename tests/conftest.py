@@ -1,4 +1,4 @@
-"""Settings shared by all tests. Exact problems and short runs are those of `peristalsis.verification`."""
+"""Settings shared by all tests. Exact problems and short runs are those of `verification`, beside the package."""
 
 from hypothesis import settings
 

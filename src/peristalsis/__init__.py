@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 from ._version import __version__
 
 if TYPE_CHECKING:
-    from .batches import batch
-    from .config import Configuration
     from .errors import PeristalsisError
+    from .inputs.config import Configuration
+    from .many.batch import batch
     from .names import Output, register
-    from .result import Result, load
-    from .runner import run
+    from .results.result import Result, load
+    from .running.runner import run
+    from .running.simulation import Simulation
     from .scenarios import configuration
     from .scenarios import names as scenario_names
-    from .simulation import Simulation
 
 __all__ = [
     "Configuration",
@@ -39,16 +39,16 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Configuration": ("config", "Configuration"),
+    "Configuration": ("inputs.config", "Configuration"),
     "Output": ("names", "Output"),
     "PeristalsisError": ("errors", "PeristalsisError"),
-    "Result": ("result", "Result"),
-    "Simulation": ("simulation", "Simulation"),
-    "batch": ("batches", "batch"),
+    "Result": ("results.result", "Result"),
+    "Simulation": ("running.simulation", "Simulation"),
+    "batch": ("many.batch", "batch"),
     "configuration": ("scenarios", "configuration"),
-    "load": ("result", "load"),
+    "load": ("results.result", "load"),
     "register": ("names", "register"),
-    "run": ("runner", "run"),
+    "run": ("running.runner", "run"),
     "scenario_names": ("scenarios", "names"),
 }
 

@@ -18,7 +18,7 @@ Tag = Literal["printed", "corrected", "sourced", "chosen", "calibrated"]
 class Declared(NamedTuple):
     """One constant of a part. unit: that in which its kernels take it, "1" without one; lowest and highest are allowed.
 
-    tag: where the value comes from; source: the citation, needed for "printed", "corrected", "sourced" and "calibrated".
+    tag: where the value comes from; source: the citation, which every tag but "chosen" needs.
     """
 
     name: str

@@ -6,7 +6,7 @@ Recorders, files, tables and figures take them from here. `register` adds one fr
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 KPA = 100.0
@@ -88,14 +88,14 @@ FIELDS = [
         CELLS,
         "1",
         "intracellular calcium of the longitudinal muscle",
-        lambda now: now.gate("longitudinal", "c"),
+        lambda now: now.calcium("longitudinal"),
     ),
     Output(
         "calcium_circular",
         CELLS,
         "1",
         "intracellular calcium of the circular muscle",
-        lambda now: now.gate("circular", "c"),
+        lambda now: now.calcium("circular"),
     ),
 ]
 """Stored every `output.interval`, on wall nodes or on conduction cells."""
@@ -281,6 +281,32 @@ PROBES = [
     )
 ]
 """Stored after every step, at `output.probes`."""
+
+OF_PLANT = {
+    layer: {
+        f"calcium_{layer}",
+        *(f"{name}_{layer}_probe" for name in GATES),
+        *(f"conductance_{name}_{layer}_probe" for name in CHANNELS),
+    }
+    for layer in ("longitudinal", "circular")
+}
+"""Outputs of a layer that there are with Plant's cell alone."""
+CALCIUM = ("c", "calcium")
+"""States that are a cell's calcium."""
+
+
+def outputs_of_cell(layer: str, states: Sequence[str], channels: Sequence[str]) -> list[Output]:
+    """Outputs of a layer whose cell has these states and channels, besides its potential; known from now on.
+
+    Each state and the conductance of each channel at the probes, and calcium as a field where the cell has one.
+    """
+    found = [_gate_probe(layer, name, name, f"state {name}") for name in states]
+    found += [_conductance_probe(layer, name, name) for name in channels]
+    calcium = [name for name in states if name in CALCIUM]
+    if calcium:
+        found.append(OUTPUTS[f"calcium_{layer}"])
+    return [OUTPUTS.setdefault(output.name, output) for output in found]
+
 
 EVENTS = (
     Output("event_time", ("event",), "s", "time of an event", lambda event: event.time),

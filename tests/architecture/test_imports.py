@@ -8,79 +8,91 @@ from pathlib import Path
 import pytest
 
 import peristalsis
+from tools import structure
 
 PACKAGE = Path(peristalsis.__file__).parent
 MODULES = sorted(PACKAGE.rglob("*.py"))
+PHYSICS = {"numerics", "geometry", "tissue", "wall", "pellet", "control", "model"}
+WORDS = {"errors", "units", "paths"}
 ALLOWED = {
-    "numerics": {"numerics"},
-    "geometry": {"numerics", "geometry"},
-    "tissue": {"numerics", "geometry", "tissue", "declared"},
-    "wall": {"numerics", "geometry", "wall", "declared"},
-    "pellet": {"numerics", "geometry", "pellet", "declared"},
-    "control": {"numerics", "geometry", "control"},
-    "model": {"numerics", "geometry", "tissue", "wall", "pellet", "control", "model", "errors"},
-    "declared": {"declared"},
-    "units": {"units", "errors"},
-    "errors": {"errors"},
-    "parameters": {"parameters", "units", "errors"},
-    "disk": {"disk", "errors"},
-    "paths": {"paths", "errors"},
-    "tables": {"tables", "paths", "units", "errors"},
-    "protocols": {"protocols", "tables", "paths", "units", "errors"},
-    "regions": {"regions", "disk", "paths", "units", "errors"},
-    "stimuli": {"stimuli", "tables", "paths", "units", "errors"},
-    "names": {"names"},
-    "recording": {"recording", "names"},
-    "consistency": {"consistency", "config", "parameters", "recording", "regions", "units", "errors"},
-    "config": {
-        "config",
-        "consistency",
-        "disk",
-        "paths",
-        "protocols",
-        "tables",
-        "stimuli",
-        "recording",
-        "regions",
-        "parameters",
-        "units",
-        "errors",
+    "errors": set(),
+    "declared": set(),
+    "names": set(),
+    "units": {"errors"},
+    "paths": {"errors"},
+    "numerics": set(),
+    "geometry": {"numerics"},
+    "tissue": {"numerics", "geometry", "declared"},
+    "wall": {"numerics", "geometry", "declared"},
+    "pellet": {"numerics", "geometry", "declared"},
+    "control": {"numerics", "geometry"},
+    "model": PHYSICS | {"errors"},
+    "storing": {"numerics.sources", "errors", "names", "_version"},
+    "storing.disk": {"errors"},
+    "inputs": PHYSICS | WORDS | {"storing.disk", "names"},
+    "inputs.parameters": {"units", "errors"},
+    "inputs.tables": WORDS,
+    "inputs.protocols": WORDS | {"inputs.tables"},
+    "inputs.regions": WORDS | {"storing.disk"},
+    "inputs.stimuli": WORDS | {"inputs.tables"},
+    "inputs.recording": {"names"},
+    "inputs.consistency": {"units", "errors", "inputs.parameters", "inputs.recording", "inputs.regions"},
+    "inputs.config": WORDS
+    | {"storing.disk"}
+    | {
+        f"inputs.{name}"
+        for name in ("consistency", "protocols", "tables", "stimuli", "recording", "regions", "parameters")
     },
+    "scenarios": {"inputs", "errors"},
+    "results": PHYSICS | WORDS | {"inputs", "storing", "names", "_version"},
+    "plots": PHYSICS | WORDS | {"inputs", "results", "names"},
+    "running": PHYSICS | WORDS | {"inputs", "scenarios", "storing", "results", "names", "_version"},
+    "many": PHYSICS | WORDS | {"inputs", "scenarios", "storing", "results", "running", "plots", "names"},
+    "paper": PHYSICS | WORDS | {"inputs", "scenarios", "results", "running", "plots", "many", "names", "_version"},
 }
-"""What each layer may import of the package; layers that are not named lie above all of these."""
+"""What each room, or part of one, may import of the package beside itself; `cli` stands above all of these."""
+TYPES = {"results": {"plots"}, "inputs.consistency": {"inputs.config"}}
+"""What they may name as a type besides, below `if TYPE_CHECKING`."""
 
 
-def imports(file: Path, root: Path = PACKAGE) -> set[str]:
-    """Absolute dotted names of everything a file imports, wherever in it the import stands."""
-    package = ["peristalsis", *file.relative_to(root).parent.parts]
-    found: set[str] = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            base = package[: len(package) - node.level + 1] if node.level else []
-            stem = ".".join([*base, *([node.module] if node.module else [])])
-            found |= {f"{stem}.{alias.name}" for alias in node.names}
-    return found
+def imports(file: Path, root: Path = PACKAGE) -> list[structure.Import]:
+    """What a file imports of the package, wherever in it the import stands, names of types among it."""
+    return list(structure.imports(file, root, types=True))
 
 
-def layer(name: str) -> str:
-    """The layer a dotted name of the package belongs to."""
-    return name.split(".")[1] if name.startswith("peristalsis.") else ""
+def outer(file: Path) -> set[str]:
+    """First names of what a file imports of other packages."""
+    nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    names += [node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module and not node.level]
+    return {name.split(".")[0] for name in names}
+
+
+def owner(name: str) -> str:
+    """The room, or the part of one with a rule of its own, that a dotted name within the package belongs to."""
+    parts = name.split(".")
+    longest = (".".join(parts[:count]) for count in range(len(parts), 0, -1))
+    return next((key for key in longest if key in ALLOWED), parts[0])
 
 
 def violations(file: Path, root: Path = PACKAGE) -> list[str]:
-    """Imports of a file that its layer may not have."""
-    own = file.relative_to(root).parts[0].removesuffix(".py")
+    """Imports of a file that its room may not have."""
+    own = owner(".".join(file.relative_to(root).with_suffix("").parts))
     if own not in ALLOWED:
         return []
-    return sorted(name for name in imports(file, root) if layer(name) and layer(name) not in ALLOWED[own])
+    allowed = {own, *ALLOWED[own]}
+    types = allowed | TYPES.get(own, set())
+    found = [(one.module, types if one.type else allowed) for one in imports(file, root) if one.module]
+    return sorted(name for name, may in found if not any(name == one or name.startswith(f"{one}.") for one in may))
 
 
 def test_every_layer_is_there() -> None:
     """The rule must not go silent when a folder is renamed."""
     for name in ALLOWED:
-        assert (PACKAGE / name).is_dir() or (PACKAGE / f"{name}.py").is_file(), name
+        place = PACKAGE.joinpath(*name.split("."))
+        assert place.is_dir() or place.with_suffix(".py").is_file(), name
+    rooms = {file.relative_to(PACKAGE).parts[0].removesuffix(".py") for file in MODULES}
+    assert rooms - ALLOWED.keys() == {"__init__", "__main__", "_version", "cli"}, "every room has its rule"
 
 
 @pytest.mark.parametrize("file", MODULES, ids=lambda f: f.relative_to(PACKAGE).as_posix())
@@ -96,20 +108,51 @@ def test_arrows_point_down(file: Path) -> None:
         ("numerics/new.py", "from peristalsis.geometry.grid import Grid"),
         ("control/new.py", "def f():\n    from ..pellet import sphere"),
         ("geometry/new.py", "from .. import model"),
-        ("model/new.py", "import peristalsis.config"),
+        ("model/new.py", "import peristalsis.inputs.config"),
     ],
 )
 def test_rule_can_be_broken(tmp_path: Path, place: str, line: str) -> None:
     """Each of these is a way around the rule, and each is found."""
-    file = tmp_path / place
+    root = tmp_path / "peristalsis"
+    file = root / place
     file.parent.mkdir(parents=True)
     file.write_text(line + "\n", encoding="utf-8")
-    assert violations(file, tmp_path) != []
+    assert violations(file, root) != []
+
+
+def test_rooms_have_no_circles() -> None:
+    """Nor have modules while they are imported, so that any of them can be the first."""
+    assert structure.circle(structure.rooms()) == []
+    assert structure.circle(structure.graph(late=False)) == []
+    assert structure.floors(structure.rooms()) <= 10
+
+
+def test_circles_are_found(tmp_path: Path) -> None:
+    package = tmp_path / "house"
+    for name, line in (
+        ("hall/door.py", "from ..attic import stairs"),
+        ("attic/stairs.py", "def f():\n    import house.hall.door"),
+    ):
+        (package / name).parent.mkdir(parents=True)
+        (package / name).write_text(line + "\n", encoding="utf-8")
+    assert set(structure.circle(structure.rooms(package))) == {"hall", "attic"}
+    assert structure.circle(structure.graph(package, late=False)) == []
+
+
+def test_sizes() -> None:
+    """Ceilings that may be lowered and not raised: rooms, and what is long outside of the physics."""
+    folders = [room for room in structure.rooms() if (PACKAGE / room).is_dir()]
+    assert len(folders) <= 16
+    assert len(structure.rooms()) - len(folders) <= 7
+    outside = [name for name in structure.long_files() if name.split("/")[0] not in PHYSICS]
+    assert outside == ["running/simulation.py"]
+    most = [count for count, name in structure.longest_arguments() if name.split(".")[0] not in PHYSICS]
+    assert most[0] <= 10
 
 
 def test_numba_has_one_door() -> None:
     """Eq. of the cache: every kernel is compiled by `numerics.compiled`, or its cache folder would be a lie."""
-    users = {f.relative_to(PACKAGE).as_posix() for f in MODULES if any(n.split(".")[0] == "numba" for n in imports(f))}
+    users = {f.relative_to(PACKAGE).as_posix() for f in MODULES if "numba" in outer(f)}
     assert users == {"numerics/compiled.py"}
 
 
@@ -117,26 +160,40 @@ def test_kernels_live_where_the_cache_looks() -> None:
     """A kernel outside the hashed folders could go stale unseen."""
     from peristalsis.numerics.sources import KERNEL_FOLDERS
 
-    homes = {f.relative_to(PACKAGE).parts[0] for f in MODULES if "peristalsis.numerics.compiled.compiled" in imports(f)}
+    homes = {
+        f.relative_to(PACKAGE).parts[0]
+        for f in MODULES
+        if "numerics.compiled.compiled" in {one.module for one in imports(f)}
+    }
     assert homes <= set(KERNEL_FOLDERS)
+
+
+def test_every_kernel_file_is_part_of_runs() -> None:
+    """The code version hashes these folders: one that no run needs would void every checkpoint when it is edited."""
+    from peristalsis.numerics.sources import KERNEL_FOLDERS, dependencies
+
+    outside = [f for f in MODULES if f.relative_to(PACKAGE).parts[0] not in KERNEL_FOLDERS]
+    needed = set().union(*(dependencies(file) for file in outside))
+    kernels = {f for f in MODULES if f.relative_to(PACKAGE).parts[0] in KERNEL_FOLDERS and f.name != "__init__.py"}
+    unneeded = {f.relative_to(PACKAGE).as_posix() for f in kernels - needed}
+    assert {name for name in unneeded if not name.startswith("tissue/cells/")} == set()  # cells are parts to choose
+
+
+def test_the_package_stands_without_what_is_beside_it() -> None:
+    """Verification, benchmarks and tests import the package and never the other way: they are not in the wheel."""
+    beside = {"verification", "benchmarks", "robustness", "evidence", "tests"}
+    assert [name for file in MODULES for name in outer(file) if name in beside] == []
+    assert not any((PACKAGE / name).exists() for name in ("verification", "benchmark", "benchmarks"))
 
 
 def test_units_are_converted_at_the_edge_only() -> None:
     """Below the model numbers are bare."""
     for file in MODULES:
-        if file.relative_to(PACKAGE).parts[0] in (
-            "numerics",
-            "geometry",
-            "tissue",
-            "wall",
-            "pellet",
-            "control",
-            "model",
-        ):
-            assert not any(layer(name) == "units" for name in imports(file)), file.name
+        if file.relative_to(PACKAGE).parts[0] in PHYSICS:
+            assert not any(owner(one.module) == "units" for one in imports(file)), file.name
 
 
-@pytest.mark.parametrize("module", ["peristalsis", "peristalsis.config", "peristalsis.scenarios"])
+@pytest.mark.parametrize("module", ["peristalsis", "peristalsis.inputs.config", "peristalsis.scenarios"])
 def test_imports_are_light(module: str) -> None:
     """Reading a configuration must not wait for numpy, a compiler or a plotting library."""
     heavy = ("numpy", "numba", "scipy", "matplotlib", "xarray", "h5py")

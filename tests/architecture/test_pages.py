@@ -8,19 +8,23 @@ from peristalsis import errors
 
 PACKAGE = Path(peristalsis.__file__).parent
 DOCS = Path(__file__).parents[2] / "docs"
-FOUND_BY_BEING_THERE = ("scenarios", "plots/figures", "benchmark/sections")
+FOUND_BY_BEING_THERE = ("scenarios", "plots/figures", "sections")
 """Folders whose files are named by what they are, one a scenario, figure or section; the page names the folder."""
+
+BESIDE = tuple(PACKAGE.parents[1] / name for name in ("verification", "benchmarks"))
+"""Packages of the repository beside the package."""
 
 
 def test_every_module_is_in_the_architecture() -> None:
     """In the row of its folder, or as `folder/module`."""
     page = (DOCS / "architecture.md").read_text(encoding="utf-8")
     missing = []
-    for file in PACKAGE.rglob("*.py"):
-        place = file.relative_to(PACKAGE)
-        if place.stem.startswith("_") or place.parent.as_posix() in FOUND_BY_BEING_THERE:
+    files = [(file.relative_to(PACKAGE), False) for file in PACKAGE.rglob("*.py")]
+    files += [(file.relative_to(home.parent), True) for home in BESIDE for file in home.rglob("*.py")]
+    for place, beside in files:
+        if place.stem.startswith("_") or place.parent.as_posix().endswith(FOUND_BY_BEING_THERE):
             continue
-        row = f"| `{place.parts[0]}/`" if len(place.parts) > 1 else "| top level |"
+        row = f"| `{place.parts[0]}/`" if beside or len(place.parts) > 1 else "| top level |"
         rows = [line for line in page.splitlines() if line.startswith(row)]
         if not any(re.search(rf"[`/]{place.stem}`", line) for line in rows):
             missing.append(place.as_posix())

@@ -17,12 +17,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+import typer
 
+import benchmarks.command
 import peristalsis as ps
+import verification.command
 from peristalsis import names, scenarios
 from peristalsis.cli.dispatch import dispatch
-from peristalsis.config import Configuration
-from peristalsis.plan import read_plan
+from peristalsis.inputs.config import Configuration
+from peristalsis.many.plan import read_plan
 from peristalsis.plots.scene import problem
 
 ROOT = Path(__file__).parents[2]
@@ -30,7 +33,7 @@ PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 STEP = re.compile(
     r"(?P<not_run><!-- not run: \S[^>]*-->\s+)?^```(?P<language>\w+)\n(?P<block>.*?)^```"
     r"|^    (?P<indented>(?:peristalsis|make|python) [^\n]*)$"
-    r"|`(?P<inline>peristalsis [a-z]+ [^`]*)`",
+    r"|`(?P<inline>(?:peristalsis [a-z]+|python -m (?:verification|benchmarks)) [^`]*)`",
     re.MULTILINE | re.DOTALL,
 )
 SHELL = ("sh", "bash", "console")
@@ -42,17 +45,17 @@ FEW_COLUMNS = 8
 FEW_FIGURES = ("diameter_map", "track")
 
 LONG = {
-    "bench": "measures for minutes; tests/unit/test_benchmark.py",
     "paper": "runs every experiment; tests/unit/test_paper_report.py",
-    "verify": "solves every exact problem; tests/verification",
 }
 """Commands that are parsed and not carried out here, and where they are."""
+BESIDE = {"verification": verification.command.app, "benchmarks": benchmarks.command.app}
+"""Programs of the repository beside the command: they take minutes, so what a page shows of them is parsed."""
 RUN_BY_ITS_OWN_TEST = "tutorial.md"
 """Python of this page: tests/examples/test_tutorial.py."""
 
 
 class Step(NamedTuple):
-    """Something that a page shows: `kind` is python, toml, command or make; `line` is where."""
+    """Something that a page shows: `kind` is python, toml, command, beside or make; `line` is where."""
 
     kind: str
     text: str
@@ -72,7 +75,9 @@ def steps(page: Path) -> Iterator[Step]:
             shown = found["block"] or found["indented"] or found["inline"]
             for said in shown.replace("\\\n", " ").splitlines():
                 words = shlex.split(said.removeprefix("$ "), comments=True)
-                if words:
+                if words[:2] == ["python", "-m"] and words[2] in BESIDE:
+                    yield Step("beside", shlex.join(words[2:]), line)
+                elif words:
                     yield Step(
                         {"peristalsis": "command", "make": "make"}.get(words[0], "other"), shlex.join(words[1:]), line
                     )
@@ -135,6 +140,9 @@ def test_page_runs(page: str, folder: Path, stored: Callable[[str], Path]) -> No
             assert re.search(rf"^{text.split()[0]}:", (ROOT / "Makefile").read_text(), re.MULTILINE), where
         elif kind == "command":
             carry_out(shlex.split(text), folder, stored, where)
+        elif kind == "beside":
+            program, *words = shlex.split(text)
+            typer.main.get_command(BESIDE[program]).make_context(program, [w for w in words if not w.isupper()])
 
 
 def read(text: str, folder: Path) -> None:
@@ -180,8 +188,6 @@ def carry_out(words: list[str], folder: Path, stored: Callable[[str], Path], whe
 
 def parsed(words: list[str], where: str) -> None:
     """Whether name and options of a command are those of the program."""
-    import typer
-
     from peristalsis.cli.commands import app
 
     group: Any = typer.main.get_command(app)

@@ -14,11 +14,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from peristalsis import consistency, scenarios
+from peristalsis import scenarios
 from peristalsis.cli import main
-from peristalsis.config import FIELDS, KEYS, LARGEST_TEXT, Configuration
 from peristalsis.errors import ConfigurationError
-from peristalsis.plan import TABLES, read_plan
+from peristalsis.inputs import consistency
+from peristalsis.inputs.config import FIELDS, KEYS, LARGEST_TEXT, Configuration
+from peristalsis.many.plan import TABLES, read_plan
 
 NAMES = st.sampled_from([*KEYS, *TABLES, "pellet", "wall", "a", "__class__", "../x"])
 UNITS = st.sampled_from(["cm", "mN*s/cm", "kPa", "s", "ms", "parsec", "cm**cm", "1/0", "°", "\\x00", "{}"])

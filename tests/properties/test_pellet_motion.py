@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from peristalsis.verification.friction import travel
+from verification.friction import travel
 
 
 @settings(max_examples=200)

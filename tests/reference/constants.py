@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import Any, NamedTuple
 
-PARAMETERS = Path(__file__).resolve().parents[2] / "src" / "peristalsis" / "parameters"
+PARAMETERS = Path(__file__).resolve().parents[2] / "src" / "peristalsis" / "inputs" / "parameters"
 SOURCES = ("al_qatrawi_miftahof", "chosen", "plant_1981", "tong_fung_1976")
 
 # Units of the files that are not already mN, cm, s, mV. Cells keep ms, mS/cm^2, uF/cm^2.

@@ -6,7 +6,7 @@ import errno
 import os
 from pathlib import Path
 
-from peristalsis.disk import Disk
+from peristalsis.storing.disk import Disk
 
 FAULTS = ("ENOSPC", "EIO", "EINTR", "short", "kill", "torn", "power")
 

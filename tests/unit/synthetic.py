@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from peristalsis.result import Result
+from peristalsis.results.result import Result
 
 SPEED = 4.0
 """Speed of the front of `around` in every direction [cm/s]."""

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from peristalsis.verification.exact.wall import CIRCULAR, LONGITUDINAL
 from peristalsis.wall.active import ActiveConstants, active_tension
+from verification.exact.wall import CIRCULAR, LONGITUDINAL
 
 
 @pytest.mark.parametrize(

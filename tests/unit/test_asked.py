@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import peristalsis as ps
-from peristalsis import asked, scenarios
+from peristalsis import scenarios
 from peristalsis.errors import StoppedRun
-from peristalsis.recording import due, frames_apart, whole_steps
+from peristalsis.inputs import asked
+from peristalsis.inputs.recording import due, frames_apart, whole_steps
 
 SMALL = {"grid.n_z": 50, "grid.n_z_wall": 60, "run.duration": "20 ms", "output.interval": "10 ms"}
 RINGS = {"rings.enabled": True, "trigger.rule": "none", "rings.positions": ["5 cm"]}

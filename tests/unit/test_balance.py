@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from peristalsis.model.balance import Momentum, Work, momentum_of_step, work_of_step
-from peristalsis.verification.exact.runs import EXACT, IDLE, march, moved, started
-from peristalsis.verification.exact.wall import discrete_energy, discrete_volume
+from verification.exact.runs import EXACT, IDLE, march, moved, started
+from verification.exact.wall import discrete_energy, discrete_volume
 
 
 def test_residual_is_stored_and_lost_less_given() -> None:

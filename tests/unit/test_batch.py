@@ -12,16 +12,18 @@ from pathlib import Path
 import pytest
 
 import peristalsis as ps
-from peristalsis import batches, disk, store
-from peristalsis.batches import Batch, Step, batch
-from peristalsis.checkpoint import Checkpoints
 from peristalsis.cli import main
-from peristalsis.config import Configuration
-from peristalsis.environment import code_version
 from peristalsis.errors import ConfigurationError, DivergenceError, InterruptedRun, UnknownKeyError, WriteError
-from peristalsis.plan import MOST_POINTS, Plan, Point, read_plan
-from peristalsis.simulation import Simulation
-from peristalsis.verification.exact.runs import configured
+from peristalsis.inputs.config import Configuration
+from peristalsis.many import batch as batches
+from peristalsis.many.batch import Batch, batch
+from peristalsis.many.plan import MOST_POINTS, Plan, read_plan
+from peristalsis.many.rows import Point, Row, Step, key_of
+from peristalsis.many.table import table as table_of
+from peristalsis.running.simulation import Simulation
+from peristalsis.storing import disk, store
+from peristalsis.storing.checkpoint import Checkpoints
+from verification.exact.runs import configured
 
 TINY = """
 [changes]
@@ -94,8 +96,8 @@ def test_a_grid_is_every_combination() -> None:
     first = plan.points[0].configuration
     assert first is not None
     assert (first.pellet.dry_friction, first.pellet.viscous_friction, first.grid.n_z) == (5.0, 60.0, 40)
-    assert len({point.folder("code") for point in plan.points}) == 4
-    assert plan.points[0].folder("code") != plan.points[0].folder("other code")
+    assert len({key_of(point.configuration, "code") for point in plan.points}) == 4
+    assert key_of(plan.points[0].configuration, "code") != key_of(plan.points[0].configuration, "other code")
 
 
 def test_points_have_names_and_may_be_of_any_scenario_and_reading() -> None:
@@ -103,7 +105,6 @@ def test_points_have_names_and_may_be_of_any_scenario_and_reading() -> None:
     thin, refused, same, none = plan.points
     assert thin.name == "thin"
     assert refused.configuration is None
-    assert refused.folder("code") == ""
     assert "the tube cannot hold this pellet" in str(refused.refusal)
     assert same.configuration == thin.configuration
     assert none.configuration is not None
@@ -201,8 +202,8 @@ def test_what_was_cut_short_goes_on_from_its_checkpoint(
 ) -> None:
     plan = read_plan(GRID)
     for point in plan.points[1:]:
-        shutil.rmtree(copied / "runs" / point.folder(code_version()))
-    folder = copied / "runs" / plan.points[1].folder(code_version())
+        shutil.rmtree(copied / "runs" / key_of(point.configuration))
+    folder = copied / "runs" / key_of(plan.points[1].configuration)
     configuration = plan.points[1].configuration
     assert configuration is not None
     run = Simulation(configuration)
@@ -221,7 +222,7 @@ def test_what_was_cut_short_goes_on_from_its_checkpoint(
 
 def test_a_damaged_run_is_moved_aside_and_run_again(done: Batch, copied: Path) -> None:
     plan = read_plan(GRID)
-    folder = copied / "runs" / plan.points[2].folder(code_version())
+    folder = copied / "runs" / key_of(plan.points[2].configuration)
     content = bytearray((folder / "result.nc").read_bytes())
     content[1000] ^= 4
     (folder / "result.nc").write_bytes(content)
@@ -337,7 +338,7 @@ def test_an_interrupted_result_is_not_a_finished_run(tmp_path: Path) -> None:
     run = Simulation(configuration)
     run.advance("0.02 s")
     run.failure = InterruptedRun("interrupted")
-    folder = tmp_path / "runs" / point.folder(code_version())
+    folder = tmp_path / "runs" / key_of(point.configuration)
     workspace = store.Workspace(folder)
     Checkpoints(workspace).write(run.time, run.checkpoint())
     run.result().save(folder, workspace=workspace)
@@ -377,7 +378,7 @@ def test_a_table_and_a_folder_that_cannot_be_written(copied: Path, monkeypatch: 
     monkeypatch.setattr(batches.disk, "replace_file", refused)
     with pytest.raises(WriteError, match="Read-only"):
         batch(plan, copied)
-    (copied / "runs" / plan.points[0].folder(code_version()) / "manifest.json").write_bytes(b"{}")
+    (copied / "runs" / key_of(plan.points[0].configuration) / "manifest.json").write_bytes(b"{}")
     monkeypatch.setattr(disk.DISK, "rename", refused)
     with pytest.raises(WriteError, match="aside"):
         batch(plan, copied)
@@ -391,8 +392,8 @@ def test_a_run_that_vanishes_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 def test_cells_are_no_formulas(tmp_path: Path) -> None:
     summary = {"status": "failed", "error": "=1+1", "number": -1.5, "nothing": None, "speeds": {"l": 1.0}}
-    rows = (batches.Row(Point("run", {"lumen.pressure": "-1 kPa", "output.probes": ["1 cm"]}), None, summary),)
-    text = batches._table(("lumen.pressure", "output.probes", "reading"), rows, tmp_path).decode()
+    rows = (Row(summary, point=Point("run", {"lumen.pressure": "-1 kPa", "output.probes": ["1 cm"]})),)
+    text = table_of(("lumen.pressure", "output.probes", "reading"), rows, tmp_path).decode()
     assert text.splitlines()[1] == 'run,-1 kPa,"[""1 cm""]",,failed,\'=1+1,-1.5,,1.0,,,'
 
 
@@ -410,8 +411,8 @@ def test_cells_are_no_formulas(tmp_path: Path) -> None:
 )
 def test_numbers_with_units_are_no_formulas(tmp_path: Path, value: str, cell: str) -> None:
     """What is no quantity of its own parameter stays guarded, and so do names."""
-    rows = (batches.Row(Point("-run", {"longitudinal.threshold": value}), None, {"status": "refused"}),)
-    lines = batches._table(("longitudinal.threshold",), rows, tmp_path).decode().splitlines()
+    rows = (Row({"status": "refused"}, point=Point("-run", {"longitudinal.threshold": value})),)
+    lines = table_of(("longitudinal.threshold",), rows, tmp_path).decode().splitlines()
     assert next(csv.reader(lines[1:]))[:2] == ["'-run", cell]
 
 

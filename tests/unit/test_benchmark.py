@@ -11,17 +11,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from peristalsis.benchmark import clock, counting, ledger, machine, process, report
-from peristalsis.benchmark.ledger import FILE, Ledger
-from peristalsis.benchmark.myokit_cable import _difference, missing
-from peristalsis.benchmark.parts import SOLVER, STEP, clocked
-from peristalsis.benchmark.registry import chosen, sections
-from peristalsis.benchmark.runs import track_error, tracked
-from peristalsis.benchmark.section import Bench, Figure, Findings, Line, Plot, Section, Table
-from peristalsis.benchmark.sections.explicit import quoted
-from peristalsis.cli import main
+from benchmarks import clock, counting, ledger, machine, process, report
+from benchmarks.command import main
+from benchmarks.ledger import FILE, Ledger
+from benchmarks.myokit_cable import _difference, missing
+from benchmarks.parts import SOLVER, STEP, clocked
+from benchmarks.registry import chosen, sections
+from benchmarks.runs import track_error, tracked
+from benchmarks.section import Bench, Figure, Findings, Line, Plot, Section, Table
+from benchmarks.sections.explicit import quoted
 from peristalsis.errors import ConfigurationError, InterruptedRun, PeristalsisError, WriteError
-from peristalsis.simulation import Simulation
+from peristalsis.running.simulation import Simulation
 
 FOUND = Findings(
     (
@@ -210,8 +210,9 @@ def test_kernel_is_counted() -> None:
 
 
 def test_parts_are_clocked_and_put_back() -> None:
-    from peristalsis import scenarios, simulation
+    from peristalsis import scenarios
     from peristalsis.model import step
+    from peristalsis.running import simulation
 
     names = {**SOLVER, **STEP}
     before = simulation.advance_safely, step._advance_layer
@@ -327,7 +328,7 @@ def test_pages(tmp_path: Path) -> None:
     assert "| made | rate | 93.5 M/s | ≥ 80 M/s | yes |  |" in index
     assert "| made | error | 2 mV | ≤ 1 mV | **no** | too \\| large |" in index
     assert "| made | missing | not measured | ≤ 1 s | – |  |" in index
-    assert "Not run: other (`peristalsis bench other`)" in index
+    assert "Not run: other (`python -m benchmarks other`)" in index
     assert "[Made up](made.md)" in index
     page = (tmp_path / "made.md").read_text(encoding="utf-8")
     assert "![title](picture.png)" in page
@@ -345,19 +346,19 @@ def test_sections_are_found_in_order() -> None:
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The one section that measures nothing, so that this is quick."""
-    assert main(["bench", "explicit", "--out", str(tmp_path / "out"), "--json"]) == 0
+    assert main(["explicit", "--out", str(tmp_path / "out"), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["status"] == "finished"
     assert answer["effort"] == "quick"
     assert (tmp_path / "out" / "explicit.md").is_file()
     assert (tmp_path / "out" / ledger.FILE).is_file()
-    assert main(["bench", "explicit", "--out", str(tmp_path / "out"), "--anew"]) == 0
+    assert main(["explicit", "--out", str(tmp_path / "out"), "--anew"]) == 0
     assert "0 of 0 aims met" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("words", [["nothing_such"], ["--quick", "--full"]])
 def test_bad_orders(words: list[str], tmp_path: Path) -> None:
-    assert main(["bench", *words, "--out", str(tmp_path)]) == 2
+    assert main([*words, "--out", str(tmp_path)]) == 2
 
 
 @pytest.mark.parametrize(
@@ -466,7 +467,7 @@ def test_folders_that_cannot_be_written_are_said(
 
     place = (ledger.disk, "replace_file") if blocked == "disk" else (report, "write")
     monkeypatch.setattr(*place, refuse)
-    assert main(["bench", "explicit", "--out", str(tmp_path / "out")]) == 4
+    assert main(["explicit", "--out", str(tmp_path / "out")]) == 4
     said = capsys.readouterr().err
     assert "could not write" in said
     assert "No space left on device; choose another place with --out" in said

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from peristalsis.benchmark import myokit_cable
-from peristalsis.benchmark.clock import Spent
-from peristalsis.benchmark.myokit_cable import MODEL, PULSE, _Cable, _difference, _speeds, compare
+from benchmarks import myokit_cable
+from benchmarks.clock import Spent
+from benchmarks.myokit_cable import MODEL, PULSE, _Cable, _difference, _speeds, compare
 from peristalsis.model.model import ACTIVATION_LEVEL
 
 Floats = NDArray[np.float64]

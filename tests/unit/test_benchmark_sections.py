@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from peristalsis.benchmark import kernels
-from peristalsis.benchmark.clock import Spent, Timing
-from peristalsis.benchmark.ledger import Ledger
-from peristalsis.benchmark.parts import STEP
-from peristalsis.benchmark.process import Ended
-from peristalsis.benchmark.runs import FINEST, QUICK_FINEST, SAMPLES, stretch, tracked
-from peristalsis.benchmark.section import Bench, Effort, Figure, Findings
-from peristalsis.benchmark.sections import (
+from benchmarks import kernels, machine_limits
+from benchmarks.clock import Spent, Timing
+from benchmarks.ledger import Ledger
+from benchmarks.parts import STEP
+from benchmarks.process import Ended
+from benchmarks.runs import FINEST, QUICK_FINEST, SAMPLES, stretch, tracked
+from benchmarks.section import Bench, Effort, Figure, Findings
+from benchmarks.sections import (
     baseline,
     explicit,
     growth,
@@ -31,10 +31,9 @@ from peristalsis.benchmark.sections import (
     surface,
     workers,
 )
-from peristalsis.config import Configuration
+from peristalsis.inputs.config import Configuration
 from peristalsis.model.state import State
-from peristalsis.numerics import machine_limits
-from peristalsis.simulation import Simulation
+from peristalsis.running.simulation import Simulation
 
 COARSE = {"grid.n_z": 200, "grid.n_z_wall": 100}
 
@@ -519,7 +518,7 @@ def of_the_ions(name: str) -> dict[str, Any]:
 
 def test_rates_of_the_ions(monkeypatch: pytest.MonkeyPatch) -> None:
     """100 million a second with tables, four times as many as with exponentials; an error above the aim is a miss."""
-    monkeypatch.setattr("peristalsis.benchmark.myokit_cable.missing", lambda: "it is not here.")
+    monkeypatch.setattr("benchmarks.myokit_cable.missing", lambda: "it is not here.")
     found = ions.run(Told(of_the_ions))
     assert figure(found, "gates with tables, one thread").value == pytest.approx(100.0)
     assert figure(found, "gates with tables, one thread").met
@@ -534,7 +533,7 @@ def test_rates_of_the_ions(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_ions_beside_myokit(monkeypatch: pytest.MonkeyPatch) -> None:
     """A node-step of 50 ns there, 40 million a second here: twice."""
-    monkeypatch.setattr("peristalsis.benchmark.myokit_cable.missing", lambda: None)
+    monkeypatch.setattr("benchmarks.myokit_cable.missing", lambda: None)
     found = ions.run(Told(of_the_ions, "full"))
     assert figure(found, "sheet over Myokit's 1-D simulation").value == pytest.approx(2.0)
     assert figure(found, "with a wave on its way").value == 7.0

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from peristalsis.numerics.cylinder import CylinderSolver
+from peristalsis.results.electrodes import electrode_potentials, electrode_weights
 from peristalsis.tissue.bidomain import TOLERANCE, Bidomain, EllipticError, surface_operator
-from peristalsis.tissue.electrodes import electrode_potentials, electrode_weights
-from peristalsis.tissue.kernel import KernelProblem, kernel_current
 from peristalsis.tissue.surface import Conductivities, Monodomain, SurfaceSizes
-from peristalsis.verification.exact.surface import CIRCULAR, LONGITUDINAL, Surface, apply_surface
+from verification.exact.kernel import KernelProblem, kernel_current
+from verification.exact.surface import CIRCULAR, LONGITUDINAL, Surface, apply_surface
 
 
 def uneven(n_z: int, n_theta: int, around: bool, conductivities: Conductivities = LONGITUDINAL) -> Surface:

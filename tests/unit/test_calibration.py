@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError
-from peristalsis.studies import calibration
-from peristalsis.studies.cable import CALIBRATED_SPEED
-from peristalsis.studies.calibration import CONVERGED_GRID, calibrated_scale
+from peristalsis.inputs.config import Configuration
+from peristalsis.many import calibration
+from peristalsis.many.cable import CALIBRATED_SPEED
+from peristalsis.many.calibration import CONVERGED_GRID, calibrated_scale
 
 LAYERS = ("longitudinal", "circular")
 

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis import certain
-from peristalsis.certain import Neighbour, compare, make_certain, neighbours, table_text
 from peristalsis.cli import main
 from peristalsis.errors import ConfigurationError
 from peristalsis.names import CERTAIN
-from peristalsis.result import Result
-from peristalsis.studies.pool import Failure
+from peristalsis.results.result import Result
+from peristalsis.running import certain
+from peristalsis.running.certain import Neighbour, compare, make_certain, neighbours, table_text
+from peristalsis.running.pool import Failure
 
 TINY = {"grid.n_z": 50, "grid.n_z_wall": 60, "run.duration": "40 ms"}
 SET = tuple(word for key, value in TINY.items() for word in ("--set", f"{key}={value}"))

@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 from typing_extensions import TypeAliasType
 
 import peristalsis as ps
-from peristalsis import checkpoint, disk, environment
-from peristalsis.checkpoint import Checkpoints, Head, newest, newest_of
-from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError, DamagedResult, WriteError
-from peristalsis.observers import Callback
-from peristalsis.packing import pack, packable, unpack
-from peristalsis.result import CLOCK, Result
-from peristalsis.runner import KeptRun
-from peristalsis.simulation import Simulation
-from peristalsis.store import CHECKPOINTS, Workspace, unfinished
-from peristalsis.verification.exact.runs import configured
+from peristalsis.inputs.config import Configuration
+from peristalsis.results.result import CLOCK, Result
+from peristalsis.running.observers import Callback
+from peristalsis.running.runner import KeptRun
+from peristalsis.running.simulation import Simulation
+from peristalsis.storing import checkpoint, disk, environment
+from peristalsis.storing.checkpoint import Checkpoints, Head, newest, newest_of
+from peristalsis.storing.packing import pack, packable, unpack
+from peristalsis.storing.store import CHECKPOINTS, Workspace, unfinished
+from verification.exact.runs import configured
 
 COARSE = {"grid.n_z": 60, "grid.n_z_wall": 40, "run.duration": "0.2 s", "output.interval": "20 ms"}
 KINDS: Mapping[str, Mapping[str, object]] = {
@@ -219,14 +219,14 @@ def test_a_checkpoint_of_another_run_or_code_is_refused(tmp_path: Path, monkeypa
     cut(coarse(), 3, tmp_path)
     with pytest.raises(ConfigurationError, match="another configuration"):
         Simulation(coarse({"pellet.dry_friction": "5 mN"})).restore(newest_of(tmp_path))
-    monkeypatch.setattr("peristalsis.simulation.code_version", lambda: "0.0.1-elsewhere")
+    monkeypatch.setattr("peristalsis.running.simulation.code_version", lambda: "0.0.1-elsewhere")
     with pytest.raises(ConfigurationError, match=r"0\.0\.1-elsewhere"):
         Simulation.resume(tmp_path)
 
 
 def test_another_machine_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     cut(coarse(), 3, tmp_path)
-    monkeypatch.setattr("peristalsis.simulation._hash_of_start", lambda model, state: "other bits")
+    monkeypatch.setattr("peristalsis.running.simulation._hash_of_start", lambda model, state: "other bits")
     assert "another machine" in Simulation.resume(tmp_path).remarks[-1]
 
 
@@ -319,7 +319,7 @@ def test_nothing_to_resume_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert run.finished is None
     run.workspace.close()
     cut(coarse(), 3, tmp_path / ".tmp-run-0123456789abcdef")
-    monkeypatch.setattr("peristalsis.runner.code_version", lambda: "0.0.1-elsewhere")
+    monkeypatch.setattr("peristalsis.running.runner.code_version", lambda: "0.0.1-elsewhere")
     KeptRun(coarse(), tmp_path / "run", resume=True, say=said.append)
     assert "is not used" in said[1]
 

@@ -23,18 +23,20 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis import comparing, disk, manifest, scenarios, store
+from peristalsis import scenarios
 from peristalsis.cli import main, running
-from peristalsis.cli.commands import EXAMPLES, EXIT_CODES
+from peristalsis.cli.help import EXAMPLES, EXIT_CODES
 from peristalsis.cli.report import number_text
 from peristalsis.cli.stored import labels
 from peristalsis.cli.streams import ForgivingStream, RunProgress, Screen, spelled
 from peristalsis.errors import ConfigurationError, DivergenceError
-from peristalsis.netcdf import netcdf_image
+from peristalsis.many import comparing
 from peristalsis.plots import Plots
-from peristalsis.result import Result
-from peristalsis.runner import KeptRun
-from peristalsis.store import CONFIGURATION_FILE, RESULT_FILE, SUMMARY_FILE
+from peristalsis.results.result import Result
+from peristalsis.running.runner import KeptRun
+from peristalsis.storing import disk, manifest, store
+from peristalsis.storing.netcdf import netcdf_image
+from peristalsis.storing.store import CONFIGURATION_FILE, RESULT_FILE, SUMMARY_FILE
 
 TINY = {"grid.n_z": "300", "grid.n_z_wall": "100", "run.duration": "0.05 s"}
 SET = tuple(word for key, value in TINY.items() for word in ("--set", f"{key}={value}"))
@@ -90,7 +92,7 @@ def at_once(monkeypatch: pytest.MonkeyPatch, result: Result) -> Result:
 def test_help_loads_nothing_heavy_and_is_quick() -> None:
     program = (
         "import sys; from peristalsis.cli import main; code = main(['--help']);"
-        "heavy = {'numpy', 'numba', 'matplotlib', 'xarray', 'pint', 'scipy', 'h5py', 'peristalsis.config'};"
+        "heavy = {'numpy', 'numba', 'matplotlib', 'xarray', 'pint', 'scipy', 'h5py', 'peristalsis.inputs.config'};"
         "import time; print(sorted(heavy & set(sys.modules)), code, time.process_time())"
     )
     seconds = []
@@ -161,8 +163,6 @@ def test_examples_run(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captu
     monkeypatch.setattr(Plots, "film", film)
     monkeypatch.setattr("peristalsis.cli.paper_command.carry_out_order", lambda order, screen: 0)
     monkeypatch.setattr("peristalsis.cli.batching.batch", lambda file, out, workers, screen: 0)
-    monkeypatch.setattr("peristalsis.cli.verify_command.carry_out_order", lambda order, screen: 0)
-    monkeypatch.setattr("peristalsis.cli.bench_command.carry_out_order", lambda order, screen: 0)
     monkeypatch.setattr(Plots, "scene", scene)
     writers = SimpleNamespace(export_csv=export, export_vtk=export)
     monkeypatch.setitem(sys.modules, "peristalsis.plots.export", writers)
@@ -246,7 +246,7 @@ def test_a_file_its_reading_and_changes_reach_the_run(here: Path, at_once: Resul
 
 
 def test_remarks_are_warnings(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    from peristalsis import simulation
+    from peristalsis.running import simulation
 
     begin = simulation.initial_state
     monkeypatch.setattr(simulation, "initial_state", lambda model: (*begin(model)[:2], ["the cell is restless"]))
@@ -307,7 +307,7 @@ def test_a_run_that_cannot_begin_leaves_nothing(here: Path, monkeypatch: pytest.
     def begin(*_: object) -> None:
         raise DivergenceError("the tube bursts at t = 0 s; lower lumen.pressure")
 
-    monkeypatch.setattr("peristalsis.simulation.initial_state", begin)
+    monkeypatch.setattr("peristalsis.running.simulation.initial_state", begin)
     assert main(["run", "baseline", *SET, "--json"]) == 3
     said = capsys.readouterr()
     assert json.loads(said.out) == {
@@ -434,7 +434,7 @@ def interrupted(*_: object, **__: object) -> None:
 
 
 def test_interrupted_before_the_first_step(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    monkeypatch.setattr("peristalsis.simulation.warm_up", interrupted)
+    monkeypatch.setattr("peristalsis.running.simulation.warm_up", interrupted)
     assert main(["run", "baseline", *SET, "--json"]) == 130
     said = capsys.readouterr()
     assert json.loads(said.out) == {
@@ -466,7 +466,7 @@ def test_writing_is_not_cut_in_two(
         return netcdf_image(*words)
 
     before = signal.getsignal(number)
-    monkeypatch.setattr("peristalsis.result.netcdf_image", signalled)
+    monkeypatch.setattr("peristalsis.results.result.netcdf_image", signalled)
     assert main(["run", "baseline"]) == 130
     assert contents(here / "out") == {"baseline"}
     assert contents(here / "out/baseline") == NUMBERS
@@ -481,7 +481,7 @@ def test_a_second_signal_gives_up_writing_and_cleans_up(
         os.kill(os.getpid(), signal.SIGINT)
         os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr("peristalsis.result.netcdf_image", twice)
+    monkeypatch.setattr("peristalsis.results.result.netcdf_image", twice)
     assert main(["run", "baseline"]) == 130
     assert capsys.readouterr().err == "interrupted; nothing was written\n"
     assert contents(here) == set()

@@ -3,7 +3,7 @@
 import numpy as np
 
 from peristalsis.tissue.conduction import GHOSTS, diffuse, fill_ghosts
-from peristalsis.verification.exact.cable import apply_operator
+from verification.exact.cable import apply_operator
 
 
 def test_ghosts_mirror_the_potential_over_both_ends() -> None:

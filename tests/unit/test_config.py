@@ -14,7 +14,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from peristalsis.config import (
+from peristalsis.errors import (
+    ConfigurationError,
+    DivergenceError,
+    InterruptedRun,
+    PeristalsisError,
+    UnknownKeyError,
+    WriteError,
+    nearest,
+)
+from peristalsis.inputs.config import (
     FIELDS,
     KEYS,
     LARGEST_TEXT,
@@ -24,15 +33,6 @@ from peristalsis.config import (
     Pellet,
     json_schema,
     parameter,
-)
-from peristalsis.errors import (
-    ConfigurationError,
-    DivergenceError,
-    InterruptedRun,
-    PeristalsisError,
-    UnknownKeyError,
-    WriteError,
-    nearest,
 )
 from peristalsis.units import format_quantity
 
@@ -389,7 +389,7 @@ def test_a_field_cannot_be_declared_without_a_parameter() -> None:
 
 def test_the_configuration_loads_nothing_heavy() -> None:
     code = (
-        "import sys; import peristalsis.config, peristalsis.scenarios; "
+        "import sys; import peristalsis.inputs.config, peristalsis.scenarios; "
         "print([name for name in ('numpy', 'numba', 'pint', 'scipy', 'xarray') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)

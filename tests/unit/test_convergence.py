@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis import convergence
-from peristalsis.build import build
-from peristalsis.config import Configuration
-from peristalsis.convergence import remarks, start_remarks
-from peristalsis.result import Result
-from peristalsis.simulation import Simulation
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
+from peristalsis.results import convergence
+from peristalsis.results.convergence import remarks, start_remarks
+from peristalsis.results.result import Result
+from peristalsis.running.simulation import Simulation
 
 QUICK = {
     "grid.n_z": 200,
@@ -151,7 +151,7 @@ def test_hard_going_is_named(short: Result) -> None:
 
 
 def test_remarks_of_the_end_are_with_the_result(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("peristalsis.convergence.remarks", lambda *_: ["found at the end"])
+    monkeypatch.setattr("peristalsis.results.convergence.remarks", lambda *_: ["found at the end"])
     simulation = Simulation(ps.configuration("resting", changes=QUICK | {"run.duration": "20 ms"}))
     assert simulation.run().remarks[-1] == "found at the end"
     assert "found at the end" not in simulation.remarks

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from peristalsis.build import build
-from peristalsis.config import Configuration
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
 from peristalsis.model import equilibrium
 from peristalsis.model.initial import initial_state
 from peristalsis.model.step import StepReport, advance
 from peristalsis.tissue.sheet import MARGIN, QUIET_GATE, QUIET_POTENTIAL, advance_sheet, restless
-from peristalsis.verification.exact.runs import march
+from verification.exact.runs import march
 
 SHIPPED = {"grid.n_z": 400, "grid.n_z_wall": 400}
 

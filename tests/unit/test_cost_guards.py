@@ -1,6 +1,6 @@
 """What would make runs slower unseen: operations of the hot kernels, kernels left out of the warm-up, memory of a step.
 
-Counts and ratios within one process only; seconds are `peristalsis bench`'s.
+Counts and ratios within one process only; seconds are `python -m benchmarks`'s.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from collections.abc import Mapping
 
 import pytest
 
+from benchmarks import kernels
+from benchmarks.clock import in_turns
+from benchmarks.process import code
+from benchmarks.runs import Counter
+from benchmarks.sections.roofline import COUNT
 from peristalsis import scenarios
-from peristalsis.benchmark import kernels
-from peristalsis.benchmark.clock import in_turns
-from peristalsis.benchmark.process import code
-from peristalsis.benchmark.runs import Counter
-from peristalsis.benchmark.sections.roofline import COUNT
-from peristalsis.simulation import Simulation
+from peristalsis.running.simulation import Simulation
 
 Counts = Mapping[str, Mapping[str, float]]
 
@@ -65,12 +65,12 @@ def test_tables_are_worth_having() -> None:
 
 
 FRESH = """
-from peristalsis.benchmark.census import census
-from peristalsis.warm_up import warm_up
+from benchmarks.census import census
+from peristalsis.running.warm_up import warm_up
 warm_up(surface={surface})
 before = census().ready
 from peristalsis import scenarios
-from peristalsis.simulation import Simulation
+from peristalsis.running.simulation import Simulation
 changes = {{"grid.n_z": 100, "grid.n_z_wall": 80, "run.duration": "0.04 s", **{changes}}}
 Simulation(scenarios.configuration("baseline", changes=changes)).run()
 print(before, census().ready)

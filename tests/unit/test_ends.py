@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis.ends import bulges, passages
 from peristalsis.errors import ConfigurationError
-from peristalsis.findings import remarks_of_summary
+from peristalsis.model.ends import bulges, passages
 from peristalsis.model.friction import end_reaction, rests_on_end, sliding_speed
 from peristalsis.model.state import State
-from peristalsis.observers import StopConditions
+from peristalsis.results.findings import remarks_of_summary
+from peristalsis.running.observers import StopConditions
+from peristalsis.running.simulation import Simulation
 from peristalsis.scenarios import configuration
-from peristalsis.simulation import Simulation
 
 COARSE = {"grid.n_z": 200, "grid.n_z_wall": 100, "output.interval": "50 ms"}
 ORALLY = {

@@ -5,8 +5,8 @@ import pytest
 
 from peristalsis.model.equilibrium import CONVERGED, REASONS
 from peristalsis.model.step import advance
-from peristalsis.verification.exact.runs import EXACT, IDLE, march, started
-from peristalsis.verification.exact.wall import InflatedTube, settle, wall_constants
+from verification.exact.runs import EXACT, IDLE, march, started
+from verification.exact.wall import InflatedTube, settle, wall_constants
 
 
 def test_every_verdict_has_its_words() -> None:

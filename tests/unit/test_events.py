@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis.events import KINDS
+from peristalsis.running.events import KINDS
 
 COARSE = {"grid.n_z": 400, "grid.n_z_wall": 200, "output.interval": "50 ms"}
 

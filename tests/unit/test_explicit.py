@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis.build import build
-from peristalsis.checkpoint import Checkpoints, newest
 from peristalsis.cli.inputs import Input
 from peristalsis.errors import ConfigurationError, DivergenceError
+from peristalsis.inputs.build import build
+from peristalsis.inputs.preflight import Effort, expected_effort
 from peristalsis.model import explicit_step
 from peristalsis.model.explicit_limits import Limits, limits
 from peristalsis.model.guards import advance_safely
@@ -25,13 +25,13 @@ from peristalsis.model.initial import initial_state
 from peristalsis.model.model import ExplicitScheme, Model
 from peristalsis.model.state import State
 from peristalsis.model.step import advance
-from peristalsis.preflight import Effort, expected_effort
-from peristalsis.store import Workspace
+from peristalsis.storing.checkpoint import Checkpoints, newest
+from peristalsis.storing.store import Workspace
 from peristalsis.tissue.cells import plant
 from peristalsis.tissue.explicit_sheet import Excitable, excite
-from peristalsis.verification.exact.runs import started
-from peristalsis.verification.exact.wall import assembled
 from peristalsis.wall.explicit import INSIDE, add_bending_forces, add_pressure_forces, add_tension_forces
+from verification.exact.runs import started
+from verification.exact.wall import assembled
 
 HEAVY = {"solver.integrator": "explicit", "wall.surface_density": "26.14 g/cm^2"}
 SMALL = HEAVY | {"grid.n_z": 200, "grid.n_z_wall": 50}
@@ -359,7 +359,7 @@ def test_effort_is_foreseen() -> None:
 
 def test_cells_of_the_explicit_scheme_are_judged_by_their_own_error() -> None:
     def warned(changes: dict[str, Any]) -> bool:
-        from peristalsis import preflight
+        from peristalsis.inputs import preflight
 
         found = preflight.remarks(ps.Configuration().with_changes(changes))
         return any("conduction cells" in remark for remark in found)

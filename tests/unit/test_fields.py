@@ -11,8 +11,8 @@ from peristalsis.model.fields import (
     nodal_tensions,
     stretch_of_elements,
 )
-from peristalsis.verification.exact.runs import EXACT, started, wave_catches_pellet
-from peristalsis.verification.exact.wall import axial_invariants
+from verification.exact.runs import EXACT, started, wave_catches_pellet
+from verification.exact.wall import axial_invariants
 
 
 def test_end_reactions_are_the_axial_force_of_the_free_tube() -> None:

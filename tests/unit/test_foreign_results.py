@@ -16,15 +16,15 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis import manifest
 from peristalsis.cli import main
 from peristalsis.errors import ConfigurationError, DamagedResult
-from peristalsis.manifest import Entry, Manifest
 from peristalsis.names import COORDINATES
-from peristalsis.result import Result, check
-from peristalsis.simulation import Simulation
-from peristalsis.store import read_manifest
-from peristalsis.verification.exact.runs import configured
+from peristalsis.results.result import Result, check
+from peristalsis.running.simulation import Simulation
+from peristalsis.storing import manifest
+from peristalsis.storing.manifest import Entry, Manifest
+from peristalsis.storing.store import read_manifest
+from verification.exact.runs import configured
 
 TINY = {"grid.n_z": 40, "grid.n_z_wall": 40, "run.duration": "0.02 s", "output.interval": "10 ms"}
 TEXT = h5py.string_dtype()
@@ -271,7 +271,7 @@ def test_a_working_folder_that_is_gone(
     (tmp_path / "gone").mkdir()
     monkeypatch.chdir(tmp_path / "gone")
     (tmp_path / "gone").rmdir()
-    for words in (["compare", "a", "b"], ["batch", "a.toml"], ["plot", "a"], ["run", "baseline"], ["verify"]):
+    for words in (["compare", "a", "b"], ["batch", "a.toml"], ["plot", "a"], ["run", "baseline"]):
         assert main(words) == 2
         assert capsys.readouterr().err.startswith("error: the working folder is gone")
 
@@ -288,7 +288,7 @@ def test_quarantine_of_the_working_folder(
 
 
 def test_a_record_without_numbers_is_whole_only_if_it_says_why(tmp_path: Path) -> None:
-    from peristalsis.store import Workspace
+    from peristalsis.storing.store import Workspace
 
     workspace = Workspace(tmp_path / "run")
     files = {"summary.json": b'{"status": "failed", "error": "it died"}', "config.toml": b""}

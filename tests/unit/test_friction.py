@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import peristalsis as ps
 from peristalsis.model.friction import friction_ahead, sliding_speed
 from peristalsis.pellet.friction import CONSTANT, FrictionLaw, dry_friction, sliding_velocity
-from peristalsis.verification.exact.runs import March, march
+from verification.exact.runs import March, march
 
 forces = st.floats(-5000, 5000)
 frictions = st.floats(0, 3000)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,18 +31,26 @@ def bound(name: str) -> Binding:
     return bind({"tissue.cells.plant": CELLS / "general.py", "tissue.cells.hodgkin_huxley": CELLS / f"{name}.py"})
 
 
+def constants_of(cell: ModuleType) -> Any:
+    return cell.CellConstants(*(one.value for one in cell.PARAMETERS))
+
+
+def channels_of(cell: ModuleType) -> Floats:
+    return np.array([[one.value] for one in cell.CONDUCTANCES])
+
+
 def rates(cell: ModuleType, v: float, states: Floats, drive: float) -> list[float]:
     """Right-hand side written with the description's functions and none of the kernels."""
-    column, channels = states.reshape(-1, 1), np.array(cell.CONDUCTANCES)[:, None]
+    column, channels = states.reshape(-1, 1), channels_of(cell)
     row, instants = np.zeros(2 * cell.GATES + 1), np.zeros((max(cell.INSTANT, 1), 1))
-    cell.gates(v, cell.SHIPPED, row)
-    cell.instant(v, cell.SHIPPED, instants[:, 0])
-    ionic = cell.current(v, column, channels, instants, 0, cell.SHIPPED)
+    cell.gates(v, constants_of(cell), row)
+    cell.instant(v, constants_of(cell), instants[:, 0])
+    ionic = cell.current(v, column, channels, instants, 0, constants_of(cell))
     others = np.zeros(2 * (len(states) - cell.GATES) + 1)
-    cell.others(v, column, channels, 0, cell.SHIPPED, others)
+    cell.others(v, column, channels, 0, constants_of(cell), others)
     gating = [row[2 * g + 1] * (row[2 * g] - states[g]) for g in range(cell.GATES)]
     rest = [others[2 * s] - others[2 * s + 1] * states[cell.GATES + s] for s in range(len(states) - cell.GATES)]
-    return [(drive - ionic) / cell.SHIPPED.capacitance, *gating, *rest]
+    return [(drive - ionic) / constants_of(cell).capacitance, *gating, *rest]
 
 
 def traced(name: str, dt: float, exact: bool = False) -> Floats:
@@ -50,14 +59,14 @@ def traced(name: str, dt: float, exact: bool = False) -> Floats:
     kernels, cell, sheet = (
         binding.module(f"tissue.{part}") for part in ("cells.plant", "cells.hodgkin_huxley", "sheet")
     )
-    tables = kernels.gate_table(dt, cell.SHIPPED), kernels.gate_table(0.5 * dt, cell.SHIPPED)
+    tables = kernels.gate_table(dt, constants_of(cell)), kernels.gate_table(0.5 * dt, constants_of(cell))
     v, states = np.full(1, -60.0), np.full((len(cell.STATES), 1), 0.2)
-    channels, unset = np.array(cell.CONDUCTANCES)[:, None], np.full(1, np.nan)
+    channels, unset = channels_of(cell), np.full(1, np.nan)
     found = []
     for _ in range(round(SPAN[name] / STEP[name])):
         code = sheet.advance_sheet(
             v, states, unset, unset.copy(), channels, np.zeros(0), np.full(1, DRIVE[name]), np.zeros(1), 1, 0.0, dt,
-            round(STEP[name] / dt), coefficients(4), *tables, exact, 0.0, cell.SHIPPED,
+            round(STEP[name] / dt), coefficients(4), *tables, exact, 0.0, constants_of(cell),
         )  # fmt: skip
         assert code == -1
         found.append(v[0])

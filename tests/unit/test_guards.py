@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from peristalsis.build import build
-from peristalsis.checkpoint import newest_of
+from peristalsis.inputs.build import build
 from peristalsis.model import guards
 from peristalsis.model.guards import advance_safely, violation
 from peristalsis.model.initial import initial_state
 from peristalsis.model.model import Model
 from peristalsis.model.state import State
 from peristalsis.model.step import StepReport, advance
-from peristalsis.result import Result
-from peristalsis.runner import KeptRun
-from peristalsis.simulation import Simulation
-from peristalsis.verification.exact.runs import configured
+from peristalsis.results.result import Result
+from peristalsis.running.runner import KeptRun
+from peristalsis.running.simulation import Simulation
+from peristalsis.storing.checkpoint import newest_of
+from verification.exact.runs import configured
 
 COARSE = {"grid.n_z": 60, "grid.n_z_wall": 40, "run.duration": "0.06 s", "output.interval": "10 ms"}
 Spoil = Callable[[State], State]
@@ -197,7 +197,7 @@ def test_the_last_good_checkpoint_is_kept_with_the_result(tmp_path: Path) -> Non
 
 
 def test_a_resting_state_passes(begun: tuple[Model, State]) -> None:
-    from peristalsis.build import build
+    from peristalsis.inputs.build import build
 
     for changes in ({}, {"pacemaker.kind": "cell"}, {"pellet.enabled": False}, {"lumen.pressure": "0.05 kPa"}):
         model, state, _ = initial_state(build(configured(COARSE, changes)))

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from peristalsis.build import build
-from peristalsis.config import Configuration
 from peristalsis.errors import DivergenceError
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
 from peristalsis.model.fields import corner_tensions, nodal_tensions
 from peristalsis.model.initial import initial_state
-from peristalsis.verification.exact.runs import EXACT, configured, started
-from peristalsis.verification.exact.wall import InflatedTube
 from peristalsis.wall.membrane import TOTAL_CIRCULAR
+from verification.exact.runs import EXACT, configured, started
+from verification.exact.wall import InflatedTube
 
 
 @pytest.mark.parametrize("tension", ["published", "consistent"])

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 import peristalsis as ps
-from peristalsis.checkpoint import newest_of
-from peristalsis.config import ENDS
 from peristalsis.errors import ConfigurationError, WriteError
-from peristalsis.result import Result
-from peristalsis.simulation import Simulation
-from peristalsis.store import LAST_STATE
-from peristalsis.verification.exact.runs import configured
+from peristalsis.inputs.config import ENDS
+from peristalsis.results.result import Result
+from peristalsis.running.simulation import Simulation
+from peristalsis.storing.checkpoint import newest_of
+from peristalsis.storing.store import LAST_STATE
+from verification.exact.runs import configured
 
 TINY: Mapping[str, object] = {
     "grid.n_z": 50,

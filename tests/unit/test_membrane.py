@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from peristalsis.build import build
+from peristalsis.inputs.build import build
 from peristalsis.model.fields import corner_tensions
 from peristalsis.model.initial import initial_state
 from peristalsis.numerics.block_band import PADDING, ROWS
-from peristalsis.verification.exact.runs import configured
-from peristalsis.verification.exact.wall import COUPLED, assembled, discrete_energy, discrete_volume, wall_constants
 from peristalsis.wall.assembly import KNOWN_ROWS, WALL_ROWS, wall_forces, wall_tangent
 from peristalsis.wall.membrane import (
     PARTS,
@@ -19,6 +17,8 @@ from peristalsis.wall.membrane import (
     element_stretch,
     nominal_tensions,
 )
+from verification.exact.runs import configured
+from verification.exact.wall import COUPLED, assembled, discrete_energy, discrete_volume, wall_constants
 
 N = 9
 INNER = slice(2, 2 * N - 2)

@@ -11,7 +11,7 @@ import pytest
 
 from peristalsis.cli import main
 from peristalsis.cli import running as running_module
-from peristalsis.config import LARGEST_TEXT
+from peristalsis.inputs.config import LARGEST_TEXT
 
 Files = Mapping[str, str | bytes]
 RUN = ("run", "baseline")

@@ -24,7 +24,7 @@ from peristalsis.model.equilibrium import (
     solve_equilibrium,
 )
 from peristalsis.pellet.sphere import volume
-from peristalsis.verification.exact.wall import COUPLED, settle, wall_constants
+from verification.exact.wall import COUPLED, settle, wall_constants
 
 Floats = np.ndarray
 

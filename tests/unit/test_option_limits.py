@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis.build import build
+from peristalsis.inputs.build import build
 from peristalsis.model.balance import _gas_energy
 from peristalsis.pellet.friction import FrictionLaw, pressed_part
 

@@ -14,14 +14,14 @@ import pytest
 import peristalsis as ps
 from peristalsis import names
 from peristalsis.errors import ConfigurationError
-from peristalsis.events import Event
 from peristalsis.model.model import Model
 from peristalsis.model.state import SheetState, State
 from peristalsis.model.step import StepReport, advance
 from peristalsis.names import FIELDS, OUTPUTS, PROBE, PROBES, SCALARS, STEP, Output
-from peristalsis.observers import FieldRecorder, ProbeRecorder, ScalarRecorder
 from peristalsis.plots.figures import currents, force_budget
-from peristalsis.verification.exact.runs import started
+from peristalsis.running.events import Event
+from peristalsis.running.observers import FieldRecorder, ProbeRecorder, ScalarRecorder
+from verification.exact.runs import started
 
 TINY = {"grid.n_z": 60, "grid.n_z_wall": 40, "run.duration": "0.02 s", "output.interval": "10 ms"}
 CELLS = np.array([7, 31])

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from peristalsis.paper import rules
-from peristalsis.paper.claims import CLAIMS, Claim
+from peristalsis.paper.claim import Claim
+from peristalsis.paper.claims import CLAIMS
 from peristalsis.paper.metrics import METRICS
 from peristalsis.paper.runs import PHASES, RUNS, phase_name
 from peristalsis.paper.score import FAILS, HOLDS, IN_PART, NOT_RUN, UNTESTABLE, score

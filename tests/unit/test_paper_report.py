@@ -22,6 +22,11 @@ from peristalsis.cli.inputs import read_settings
 from peristalsis.cli.paper_command import PaperOrder, carry_out_order, paper
 from peristalsis.cli.streams import Screen
 from peristalsis.errors import ConfigurationError, WriteError
+from peristalsis.inputs.parameters import READINGS
+from peristalsis.many.rows import Point as NamedPoint
+from peristalsis.many.rows import Row, Step
+from peristalsis.many.sweep import run_one
+from peristalsis.many.threshold import Point, Threshold
 from peristalsis.paper import measure as measures
 from peristalsis.paper import tables
 from peristalsis.paper.experiments import Bench, Condition, Outcome, carry_out
@@ -32,10 +37,7 @@ from peristalsis.paper.runs import RUNS
 from peristalsis.paper.searches import SEARCHES
 from peristalsis.paper.tables import all_tables, matrix, numbers
 from peristalsis.paper.variants import VARIANTS
-from peristalsis.parameters import READINGS
 from peristalsis.plots import style
-from peristalsis.studies.sweep import Record, Step, run_one
-from peristalsis.studies.threshold import Point, Threshold
 
 
 @pytest.fixture(autouse=True)
@@ -45,7 +47,7 @@ def coarse_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(style._SETTINGS, "savefig.dpi", 30)
 
 
-def record(transit: float = 2.4) -> Record:
+def record(transit: float = 2.4) -> Row:
     """A pellet in uniform motion, with all that a figure may ask for."""
     time = np.linspace(0.0, transit, 30)
     wall = np.linspace(0.0, 10.0, 41)
@@ -63,14 +65,14 @@ def record(transit: float = 2.4) -> Record:
         "stops": 0,
         "mixing": 0.2,
     }
-    return Record(found, arrays)
+    return Row(found, arrays)
 
 
 def outcome(reading: str = "tight") -> Outcome:
     """One condition with every run, one of them refused, and every threshold."""
     records = {name: record() for name in RUNS}
-    records["fig7c"] = Record({"status": "refused", "error": "the tube <cannot> hold this pellet"})
-    measured: dict[str, Any] = {name: one.numbers for name, one in records.items()}
+    records["fig7c"] = Row({"status": "refused", "error": "the tube <cannot> hold this pellet"})
+    measured: dict[str, Any] = {name: one.summary for name, one in records.items()}
     points = (Point(1.0, False), Point(2.0, True))
     thresholds = {name: Threshold(1.0, 2.0, points, ((1.0, 2.0),)) for name in SEARCHES}
     for name in SEARCHES:
@@ -167,7 +169,7 @@ def test_a_refused_run_has_a_record(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     """Fig. 7 C under `stretched` is refused; nothing is run for it."""
     seen: list[str] = []
 
-    def made(configurations, *_: Any) -> dict[str, Record]:
+    def made(configurations, *_: Any) -> dict[str, Row]:
         seen.extend(configurations)
         return {name: record() for name in configurations}
 
@@ -180,7 +182,7 @@ def test_a_refused_run_has_a_record(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 def test_searches_and_sensitivities_become_metrics(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Arrest above 9 kPa, below a ratio of 1.05 and above 700 mN; mean velocity falls with viscous friction alone."""
 
-    def one(configuration) -> Record:
+    def one(configuration) -> Row:
         pellet = configuration.pellet
         arrested = (
             configuration.lumen.pressure > 9.0
@@ -192,7 +194,7 @@ def test_searches_and_sensitivities_become_metrics(tmp_path: Path, monkeypatch: 
         more |= {"mean_velocity_cm_s": 790.0 / pellet.viscous_friction}
         if arrested:
             more |= {"status": "arrested", "transit_s": None}
-        return Record({**made.numbers, **more})
+        return Row({**made.summary, **more})
 
     monkeypatch.setattr(
         "peristalsis.paper.experiments.sweep", lambda configurations, *_: {n: one(c) for n, c in configurations.items()}
@@ -307,7 +309,7 @@ def test_importing_the_command_is_light() -> None:
 def test_conditions_that_lack_runs_leave_gaps_and_no_error() -> None:
     """Of two readings the second has no usable baseline, no thresholds and nothing measured: the first is all there."""
     full = outcome()
-    bare = Outcome(Condition("stretched"), {"baseline": Record({"status": "refused", "error": "no"})}, {}, {})
+    bare = Outcome(Condition("stretched"), {"baseline": Row({"status": "refused", "error": "no"})}, {}, {})
     nothing = Outcome(Condition("stretched"), {}, {}, {})
     for table in (tables.velocities, tables.sensitivities, tables.curves):
         assert table([full, nothing]).rows == table([full]).rows
@@ -327,8 +329,8 @@ def test_sensitivity_without_velocities_failed() -> None:
 
 def test_every_step_of_the_paper_is_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     say = paper_command._Progress(Screen(json=False), "tight")
-    for done, (made, kept) in enumerate(((record(2.4), True), (Record({"status": "not_arrived"}), False)), start=1):
-        say(Step("fig2", made, done, 9, kept))
+    for done, (made, kept) in enumerate(((record(2.4), True), (Row({"status": "not_arrived"}), False)), start=1):
+        say(Step(replace(made, point=NamedPoint("fig2")), done, 9, kept))
     lines = capsys.readouterr().err.splitlines()
     assert lines == ["tight   1/9 fig2: expelled at 2.40 s (kept)", "tight   2/9 fig2: not arrived"]
 
@@ -339,16 +341,16 @@ def test_a_real_run_is_measured() -> None:
     found = run_one(scenarios.configuration("baseline", changes=changes), measures.measure)
     run = ps.run("baseline", changes)
     assert found.status == run.status
-    assert found.numbers["travel_cm"] == run.summary["travel_cm"]
-    assert found.numbers["drift_cm"] == abs(run.arrays["pellet_position"][-1] - run.arrays["pellet_position"][0])
+    assert found.summary["travel_cm"] == run.summary["travel_cm"]
+    assert found.summary["drift_cm"] == abs(run.arrays["pellet_position"][-1] - run.arrays["pellet_position"][0])
     free = run.configuration.wall.radius
-    assert 1.0 < found.numbers["inflated_ratio"] < run.configuration.pellet.radius / free
-    assert found.numbers["pulses"] == int((run.arrays["event_kind"] == "pacemaker").sum())
+    assert 1.0 < found.summary["inflated_ratio"] < run.configuration.pellet.radius / free
+    assert found.summary["pulses"] == int((run.arrays["event_kind"] == "pacemaker").sum())
     assert len(found.arrays["time_step"]) == min(len(run.arrays["time_step"]), measures.TIMES)
     assert {values.dtype for values in found.arrays.values()} == {np.dtype(np.float32)}
     assert np.array_equal(found.arrays["time"], run.arrays["time"].astype(np.float32))
     assert not {"drift_cm", "stops"} & set(
-        run_one(scenarios.configuration("resting", changes=changes), measures.measure).numbers
+        run_one(scenarios.configuration("resting", changes=changes), measures.measure).summary
     )
 
 
@@ -356,5 +358,5 @@ def test_a_run_that_cannot_begin_is_a_record() -> None:
     changes = {"grid.n_z": 40, "grid.n_z_wall": 40, "pellet.radius": "1.74 cm", "wall.c5": 40.0}
     found = run_one(scenarios.configuration("baseline", changes=changes), measures.measure)
     assert found.status == "diverged"
-    assert "cannot hold this pellet" in found.numbers["error"]
+    assert "cannot hold this pellet" in found.summary["error"]
     assert not found.arrays

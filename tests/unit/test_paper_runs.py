@@ -3,9 +3,9 @@
 import pytest
 
 from peristalsis.errors import ConfigurationError
+from peristalsis.inputs.parameters import READINGS
 from peristalsis.paper.runs import RUNS, PaperRun, phase_name
 from peristalsis.paper.searches import SEARCHES, SENSITIVITIES
-from peristalsis.parameters import READINGS
 
 REFUSED = {("fig7c", "stretched")}
 

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from peristalsis import scenarios
-from peristalsis.studies import sweep as module
-from peristalsis.studies.pool import Done
-from peristalsis.studies.sensitivity import shares, total_shares
-from peristalsis.studies.sweep import Record, Store, key_of, sweep
-from peristalsis.studies.threshold import Point, Threshold
+from peristalsis.many import engine
+from peristalsis.many import sweep as module
+from peristalsis.many.rows import Row, key_of
+from peristalsis.many.sensitivity import shares, total_shares
+from peristalsis.many.sweep import Measured, Store, sweep
+from peristalsis.many.threshold import Point, Threshold
+from peristalsis.running.pool import Done
 
 BASE = scenarios.configuration("resting")
 
@@ -24,11 +26,11 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Replaces the run by one that notes its duration; those of 3 s break off."""
     made: list[float] = []
 
-    def run_one(configuration, measure) -> Record:
+    def run_one(configuration, measure) -> Row:
         made.append(configuration.run.duration)
         if configuration.run.duration == 3.0:
-            return Record({"status": "diverged", "error": "at three"})
-        return Record({"status": "finished", "duration": configuration.run.duration}, {"a": np.arange(3.0)})
+            return Row({"status": "diverged", "error": "at three"})
+        return Row({"status": "finished", "duration": configuration.run.duration}, {"a": np.arange(3.0)})
 
     monkeypatch.setattr(module, "run_one", run_one)
     return made
@@ -41,7 +43,7 @@ def test_a_second_sweep_runs_only_what_is_missing(tmp_path: Path, counted: list[
     assert counted == [1.0, 2.0, 4.0]
     assert [step.kept for step in steps] == [True, True, False]
     assert [step.done for step in steps] == [1, 2, 3]
-    assert found["run 2 s"].numbers["duration"] == 2.0
+    assert found["run 2 s"].summary["duration"] == 2.0
     assert found["run 1 s"].arrays["a"] == pytest.approx(np.arange(3.0))
 
 
@@ -49,13 +51,14 @@ def test_failures_are_results_and_are_kept(tmp_path: Path, counted: list[float])
     for _ in range(2):
         found = sweep(variants("3 s"), tmp_path, None)
         assert found["run 3 s"].status == "diverged"
-        assert found["run 3 s"].numbers["error"] == "at three"
+        assert found["run 3 s"].summary["error"] == "at three"
     assert counted == [3.0]
 
 
 def test_equal_experiments_of_two_names_are_run_once(tmp_path: Path, counted: list[float]) -> None:
     other = BASE.with_changes({"scenario": "another"})
-    assert key_of(other) == key_of(BASE)
+    keeping = Measured(Store(tmp_path), None)
+    assert keeping.key(other) == keeping.key(BASE)
     found = sweep({"one": BASE, "two": other}, tmp_path, None)
     assert len(counted) == 1
     assert set(found) == {"one", "two"}
@@ -66,15 +69,15 @@ def test_a_changed_number_is_another_experiment() -> None:
 
 
 def test_an_interrupted_run_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "run_one", lambda configuration, measure: Record({"status": "interrupted"}))
+    monkeypatch.setattr(module, "run_one", lambda configuration, measure: Row({"status": "interrupted"}))
     with pytest.raises(KeyboardInterrupt):
         sweep(variants("1 s"), tmp_path, None)
     assert Store(tmp_path).load(key_of(variants("1 s")["run 1 s"])) is None
 
 
 def test_what_was_kept_before_an_interruption_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def run_one(configuration, measure) -> Record:
-        return Record({"status": "interrupted" if configuration.run.duration == 2.0 else "finished"})
+    def run_one(configuration, measure) -> Row:
+        return Row({"status": "interrupted" if configuration.run.duration == 2.0 else "finished"})
 
     monkeypatch.setattr(module, "run_one", run_one)
     with pytest.raises(KeyboardInterrupt):
@@ -117,10 +120,10 @@ def test_processes_find_the_kernels_compiled(tmp_path: Path, monkeypatch: pytest
 
     def carried_out(missing, work, workers: int):  # type: ignore[no-untyped-def]
         seen.append(workers)
-        yield from (Done(key, Record({"status": "finished"})) for key in missing)
+        yield from (Done(key, Row({"status": "finished"})) for key in missing)
 
-    monkeypatch.setattr(module, "warm_up", lambda: seen.append("warm"))
-    monkeypatch.setattr(module, "carry_out", carried_out)
+    monkeypatch.setattr(engine, "warm_up", lambda: seen.append("warm"))
+    monkeypatch.setattr(engine, "carry_out", carried_out)
     assert set(sweep(variants("1 s", "2 s"), tmp_path, None, workers=2)) == {"run 1 s", "run 2 s"}
     assert seen == ["warm", 2]
     sweep(variants("1 s", "2 s", "4 s"), tmp_path, None, workers=2)

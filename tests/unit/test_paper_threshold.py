@@ -2,7 +2,7 @@
 
 import pytest
 
-from peristalsis.studies.threshold import find_threshold
+from peristalsis.many.threshold import find_threshold
 
 SCAN = (1.0, 2.0, 5.0, 10.0, 20.0)
 

@@ -5,10 +5,10 @@ from typing import get_args
 
 import pytest
 
-from peristalsis import parameters
-from peristalsis.config import FIELDS
 from peristalsis.errors import ReadingNotFound
-from peristalsis.parameters import PARAMETERS, READINGS, SOURCES, Parameter, Tag, shipped
+from peristalsis.inputs import parameters
+from peristalsis.inputs.config import FIELDS
+from peristalsis.inputs.parameters import PARAMETERS, READINGS, SOURCES, Parameter, Tag, shipped
 from peristalsis.units import CANONICAL_UNITS
 
 TYPES = {"number": float, "integer": int, "switch": bool, "choice": str, "list": tuple, "names": tuple}

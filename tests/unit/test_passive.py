@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from peristalsis.verification.exact.wall import COUPLED, TIGHT, complex_step, energy, gradient
 from peristalsis.wall.passive import PassiveConstants, passive_tension, strain_energy
+from verification.exact.wall import COUPLED, TIGHT, complex_step, energy, gradient
 
 stretches = st.floats(0.5, 2.0)
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 import peristalsis as ps
-from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError
+from peristalsis.inputs.config import Configuration
+from peristalsis.many.plan import read_plan
 from peristalsis.paths import located
-from peristalsis.plan import read_plan
 
 MARK = "\ufeff"
 TABLE = "time [s],value [kPa]\n0,0.1\n1,0.2\n"

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from peristalsis.build import cell_constants
-from peristalsis.config import Configuration
+from peristalsis.inputs.build import cell_constants
+from peristalsis.inputs.config import Configuration
 from peristalsis.tissue.cells import plant
-from peristalsis.verification.exact.cell import ReferenceCell
+from verification.exact.cell import ReferenceCell
 
 CONSTANTS = cell_constants(Configuration(), 0.125)
 CONDUCTANCES = np.array([4.0, 0.004, 0.3, 0.03, 0.003])

@@ -354,7 +354,7 @@ def test_csv_is_small_unless_asked(run: ps.Result, tmp_path: Path) -> None:
 
 
 def test_what_a_comparison_cuts_is_said(run: ps.Result, bare: ps.Result) -> None:
-    from peristalsis.comparing import cuts
+    from peristalsis.many.comparing import cuts
 
     assert cuts({"a": run, "b": run}) == []
     (sentence,) = cuts({"a": run, "b": bare})

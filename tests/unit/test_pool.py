@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from peristalsis.errors import WriteError
-from peristalsis.studies.pool import Done, Failure, carry_out
+from peristalsis.running.pool import Done, Failure, carry_out
 
 
 def poisoned(task: tuple[str, int]) -> int:
@@ -103,7 +103,7 @@ def test_stopping_half_way_leaves_no_process() -> None:
 
 ORPHANS = """
 import os, sys, time
-from peristalsis.studies.pool import carry_out
+from peristalsis.running.pool import carry_out
 def work(task):
     os.write(1, b"%d;" % os.getpid())
     time.sleep(60)
@@ -134,7 +134,7 @@ def test_processes_end_with_the_one_that_started_them(tmp_path: Path) -> None:
 
 
 UNGUARDED = """
-from peristalsis.studies.pool import carry_out
+from peristalsis.running.pool import carry_out
 {import_}
 def own(task):
     return task

@@ -9,11 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from peristalsis import preflight, scenarios
-from peristalsis.build import build
-from peristalsis.config import Configuration
-from peristalsis.simulation import Simulation
-from peristalsis.verification.exact.runs import configured
+from peristalsis import scenarios
+from peristalsis.inputs import preflight
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
+from peristalsis.running.simulation import Simulation
+from verification.exact.runs import configured
 
 
 def test_shipped_grids_pass() -> None:

@@ -12,12 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import peristalsis as ps
-from peristalsis import tables, units
-from peristalsis.checkpoint import Checkpoints
-from peristalsis.config import FIELDS, Configuration, FieldSpec
+from peristalsis import units
 from peristalsis.errors import ConfigurationError
-from peristalsis.protocols import Protocol, changeable, parse, parse_all
-from peristalsis.store import Workspace
+from peristalsis.inputs import tables
+from peristalsis.inputs.config import FIELDS, Configuration, FieldSpec
+from peristalsis.inputs.protocols import Protocol, changeable, parse, parse_all
+from peristalsis.storing.checkpoint import Checkpoints
+from peristalsis.storing.store import Workspace
 
 UNITS = {"lumen.pressure": "kPa", "longitudinal.active": "1", "pellet.radius": "cm"}
 TINY = {"grid.n_z": 300, "grid.n_z_wall": 100, "run.duration": "0.1 s", "output.interval": "10 ms"}

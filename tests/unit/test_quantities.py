@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from peristalsis.studies import quantities as q
+from peristalsis.results import quantities as q
 
 TIME = np.linspace(0.0, 2.0, 2001)
 PLACE = np.linspace(0.0, 1.0, 201)

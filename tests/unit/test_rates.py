@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from peristalsis.numerics.rates import STATIC, rate_formula
-from peristalsis.verification.exact.orders import assert_order
+from verification.exact.orders import assert_order
 
 steps = st.floats(1e-5, 1.0)
 

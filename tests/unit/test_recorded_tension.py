@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from peristalsis.verification.exact.wall import COUPLED, wall_constants
 from peristalsis.wall.membrane import PARTS, corner_tension, wall_tension
+from verification.exact.wall import COUPLED, wall_constants
 
 N = 7
 

@@ -14,15 +14,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from peristalsis import preflight
-from peristalsis.build import build
-from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError, UnknownKeyError
+from peristalsis.inputs import preflight
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
+from peristalsis.inputs.regions import QUANTITIES, Region, check, read, varies_around
+from peristalsis.inputs.regions.sampling import coverage, factor_field
 from peristalsis.model.initial import initial_state
 from peristalsis.model.step import advance, muscle_drive
-from peristalsis.regions import QUANTITIES, Region, check, read, varies_around
-from peristalsis.regions.sampling import coverage, factor_field
-from peristalsis.tissue.cells.plant import CONDUCTANCES
+from peristalsis.tissue.cells.plant import CHANNELS
 
 RADIUS = 0.795
 COARSE = {"grid.n_z": 100, "grid.n_z_wall": 60}
@@ -362,10 +362,10 @@ def configured(*tables: dict[str, Any], **changes: Any) -> Configuration:
 
 def test_every_conductance_of_the_model_is_that_of_the_region() -> None:
     plain = build(configured())
-    for channel, row in zip(CONDUCTANCES, plain.circular.conductances, strict=True):
+    for channel, row in zip(CHANNELS, plain.circular.conductances, strict=True):
         model = build(configured(BAND | {"layer": "circular", channel: 0.25}))
         inside = (model.grid.cells > 4.0) & (model.grid.cells < 6.0)
-        k = CONDUCTANCES.index(channel)
+        k = CHANNELS.index(channel)
         assert np.array_equal(model.circular.conductances[k], np.where(inside, 0.25 * row, row))
         others = [n for n in range(5) if n != k]
         assert np.array_equal(model.circular.conductances[others], plain.circular.conductances[others])

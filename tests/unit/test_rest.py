@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis.build import cell_constants
-from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError
-from peristalsis.tissue.cells.plant import CONDUCTANCES, gate_table
+from peristalsis.inputs.build import cell_constants
+from peristalsis.inputs.config import Configuration
+from peristalsis.tissue.cells.plant import CHANNELS, gate_table
 from peristalsis.tissue.rest import NoRestError, RestState, rest_state
-from peristalsis.verification.exact.cell import ReferenceCell
+from verification.exact.cell import ReferenceCell
 
 CONSTANTS = cell_constants(Configuration(), 0.125)
 TABLE = gate_table(0.25, CONSTANTS)
@@ -99,7 +99,7 @@ TINY = {"grid.n_z": 50, "grid.n_z_wall": 60, "run.duration": "20 ms"}
 def test_runs_without_rest_are_refused_and_odd_rests_remarked_on(layer: str) -> None:
     odd = ps.run("baseline", {**TINY, f"{layer}.slow_calcium": "100 mS/cm^2"})
     assert any(f"above {layer}.threshold" in remark for remark in odd.remarks)
-    closed = {f"{layer}.{name}": "0 mS/cm^2" for name in CONDUCTANCES}
+    closed = {f"{layer}.{name}": "0 mS/cm^2" for name in CHANNELS}
     with pytest.raises(ConfigurationError, match=f"{layer} layer: the cell has no resting potential"):
         ps.run("baseline", {**TINY, **closed})
 

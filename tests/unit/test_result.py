@@ -10,11 +10,11 @@ import pytest
 import xarray
 
 from peristalsis.errors import ConfigurationError, WriteError
-from peristalsis.measures import wave_speed
 from peristalsis.names import OUTPUTS
-from peristalsis.result import Result, load
-from peristalsis.simulation import Simulation
-from peristalsis.verification.exact.runs import configured
+from peristalsis.results.measures import wave_speed
+from peristalsis.results.result import Result, load
+from peristalsis.running.simulation import Simulation
+from verification.exact.runs import configured
 
 
 @pytest.fixture(scope="module")
@@ -62,9 +62,9 @@ def test_saving_does_without_xarray(result: Result, tmp_path: Path) -> None:
     """Which takes half a second to import, a tenth of a whole run."""
     source = f"""
 import sys
-from peristalsis.result import Result
-from peristalsis.simulation import Simulation
-from peristalsis.verification.exact.runs import configured
+from peristalsis.results.result import Result
+from peristalsis.running.simulation import Simulation
+from verification.exact.runs import configured
 changes = {{"grid.n_z": 100, "grid.n_z_wall": 60, "run.duration": "4 ms"}}
 Simulation(configured(changes)).run().save({str(tmp_path / "run")!r})
 print("xarray" in sys.modules, "pandas" in sys.modules)

@@ -9,7 +9,7 @@ from peristalsis.numerics.column_solver import ColumnSolver
 from peristalsis.numerics.krylov import flexible_gmres
 from peristalsis.numerics.ring_blocks import RingOperator
 from peristalsis.numerics.ring_solver import Constraint, RingSolver, add_normal, project
-from peristalsis.verification.exact.surface_wall import times
+from verification.exact.surface_wall import times
 
 N = 12
 

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from peristalsis import configuration
-from peristalsis.parameters import shipped
+from peristalsis.inputs.parameters import shipped
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 

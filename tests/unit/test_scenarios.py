@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from peristalsis import scenarios
-from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError, ScenarioNotFound
-from peristalsis.parameters import READINGS
+from peristalsis.inputs.config import Configuration
+from peristalsis.inputs.parameters import READINGS
 
 FOLDER = Path(scenarios.__file__).parent
 

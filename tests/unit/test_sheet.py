@@ -6,7 +6,7 @@ import pytest
 from peristalsis.model.model import Model
 from peristalsis.model.state import State
 from peristalsis.tissue.sheet import advance_sheet
-from peristalsis.verification.exact.runs import IDLE, started
+from verification.exact.runs import IDLE, started
 
 MODEL, STATE = started(IDLE, {"pellet.enabled": False, "grid.n_z": 60, "grid.n_z_wall": 8})
 

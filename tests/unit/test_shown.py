@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 import peristalsis as ps
-from peristalsis import runner
 from peristalsis.cli.streams import RunProgress, Screen
 from peristalsis.names import FIELDS, OUTPUTS
 from peristalsis.plots import Plots, scene
+from peristalsis.running import runner
 
 TINY = {"grid.n_z": 60, "grid.n_z_wall": 40, "run.duration": "20 ms", "output.interval": "10 ms"}
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis.config import Configuration
 from peristalsis.errors import ConfigurationError, DivergenceError
-from peristalsis.simulation import Simulation
-from peristalsis.verification.exact.runs import configured
+from peristalsis.inputs.config import Configuration
+from peristalsis.running.simulation import Simulation
+from verification.exact.runs import configured
 
 COARSE = {"grid.n_z": 200, "grid.n_z_wall": 100, "run.duration": "0.2 s"}
 

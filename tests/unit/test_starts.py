@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from peristalsis.build import build
-from peristalsis.config import Configuration
 from peristalsis.errors import DivergenceError
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
 from peristalsis.model import inflation
 from peristalsis.model.equilibrium import KNOWN
 from peristalsis.model.fields import corner_tensions, nodal_tensions

@@ -12,8 +12,8 @@ import pytest
 from peristalsis.errors import DivergenceError
 from peristalsis.model.fields import axial_tension_of_elements
 from peristalsis.model.step import _sensed_tension, advance, muscle_drive
-from peristalsis.observers import StopConditions
-from peristalsis.verification.exact.runs import IDLE, march, moved, started
+from peristalsis.running.observers import StopConditions
+from verification.exact.runs import IDLE, march, moved, started
 
 
 def same(a: Any, b: Any) -> bool:

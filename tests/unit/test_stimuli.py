@@ -15,13 +15,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import peristalsis as ps
-from peristalsis import stimuli, tables, units
-from peristalsis.build import build
-from peristalsis.comparing import changed_keys
-from peristalsis.config import Configuration
+from peristalsis import units
 from peristalsis.control.pulses import Pulse, listed, overlap_in_time
 from peristalsis.errors import ConfigurationError
-from peristalsis.stimuli import Stimulus, read
+from peristalsis.inputs import stimuli, tables
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
+from peristalsis.inputs.stimuli import Stimulus, read
+from peristalsis.many.comparing import changed_keys
 
 ROOT = Path(__file__).parents[2]
 LINE = "longitudinal: 2 uA/cm^2 at 0.5 s for 50 ms over 0 cm to 3 mm"

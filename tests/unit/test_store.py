@@ -14,16 +14,16 @@ import pytest
 from faults import FAULTS, FaultyDisk, Killed
 
 import peristalsis as ps
-from peristalsis import disk, environment, manifest, store
-from peristalsis.checkpoint import Checkpoints
-from peristalsis.disk import Disk
 from peristalsis.errors import ConfigurationError, DamagedResult, PeristalsisError, WriteError
-from peristalsis.manifest import Entry, Manifest
-from peristalsis.result import Result
-from peristalsis.runner import KeptRun
-from peristalsis.simulation import Simulation
-from peristalsis.store import Workspace, quarantine, read_manifest, recover, verify
-from peristalsis.verification.exact.runs import configured
+from peristalsis.results.result import Result
+from peristalsis.running.runner import KeptRun
+from peristalsis.running.simulation import Simulation
+from peristalsis.storing import disk, environment, manifest, store
+from peristalsis.storing.checkpoint import Checkpoints
+from peristalsis.storing.disk import Disk
+from peristalsis.storing.manifest import Entry, Manifest
+from peristalsis.storing.store import Workspace, quarantine, read_manifest, recover, verify
+from verification.exact.runs import configured
 
 FIXTURES = Path(__file__).parents[1] / "fixtures"
 TINY = {
@@ -564,9 +564,9 @@ def test_pickled_objects_are_never_read(copy: Path, tmp_path: Path) -> None:
     """S4: a checkpoint or a kept run with an object in it is refused before it is made."""
     import io
 
-    from peristalsis import packing
-    from peristalsis.checkpoint import newest
-    from peristalsis.studies.sweep import Store
+    from peristalsis.many.sweep import Store
+    from peristalsis.storing import packing
+    from peristalsis.storing.checkpoint import newest
 
     class Bomb:
         def __reduce__(self) -> tuple[object, tuple[str]]:
@@ -596,7 +596,15 @@ def test_no_source_reads_code_from_data() -> None:
 def test_all_writes_of_results_go_through_one_door() -> None:
     """A fault that is injected at the door is then one that every write can meet."""
     package = Path(ps.__file__).parent
-    for name in ("store.py", "manifest.py", "checkpoint.py", "packing.py", "result.py", "runner.py", "batches.py"):
+    for name in (
+        "storing/store.py",
+        "storing/manifest.py",
+        "storing/checkpoint.py",
+        "storing/packing.py",
+        "results/result.py",
+        "running/runner.py",
+        "many/batch.py",
+    ):
         text = (package / name).read_text(encoding="utf-8")
         for word in ("write_bytes", "write_text", "os.replace", "os.rename", "shutil", ".unlink(", '"wb"', '"w"'):
             assert word not in text, f"{name}: {word}"

@@ -6,8 +6,8 @@ import pytest
 from peristalsis.geometry.surface import from_frames
 from peristalsis.model.fields import contact_pressure, nodal_stretches
 from peristalsis.model.state import WallState
-from peristalsis.verification.exact.surface_wall import uniform
-from peristalsis.verification.exact.wall import wall_constants
+from verification.exact.surface_wall import uniform
+from verification.exact.wall import wall_constants
 
 ELEMENTS = 6
 WALL = wall_constants(ELEMENTS, 1.0)

@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import peristalsis as ps
-from peristalsis.observers import Expulsion
+from peristalsis.results.waves import CONDUCTED, SPONTANEOUS, STIMULATED
+from peristalsis.running.observers import Expulsion
+from peristalsis.running.simulation import Simulation
+from peristalsis.running.summary import OF_PELLET, OF_WAVE, fastest_conduction, summarise
+from peristalsis.running.upstrokes import UpstrokeRecorder
 from peristalsis.scenarios import configuration
-from peristalsis.simulation import Simulation
-from peristalsis.summary import OF_PELLET, OF_WAVE, fastest_conduction, summarise
-from peristalsis.upstrokes import UpstrokeRecorder
-from peristalsis.waves import CONDUCTED, SPONTANEOUS, STIMULATED
 
 COARSE = {"grid.n_z": 200, "grid.n_z_wall": 100, "output.interval": "50 ms", "run.duration": "4 ms"}
 

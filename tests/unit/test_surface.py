@@ -20,12 +20,12 @@ from unit.synthetic import SPEED, around
 
 import peristalsis as ps
 from peristalsis.errors import ConfigurationError, WriteError
+from peristalsis.inputs.recording import ALWAYS, CHOICES, chosen, planned
 from peristalsis.names import FIELDS
 from peristalsis.plots import Plots, data, scene, surface, unrolled
 from peristalsis.plots.export import export_vtk
 from peristalsis.plots.figures import activation_maps, surface_maps
 from peristalsis.plots.vtk_files import BLOCK, write_polygons
-from peristalsis.recording import ALWAYS, CHOICES, chosen, planned
 
 COLUMNS = 16
 SMALL = {"grid.n_z": 100, "grid.n_z_wall": 60, "run.duration": "0.2 s", "output.interval": "0.05 s"}
@@ -602,7 +602,7 @@ def ps_dimensions(name: str) -> tuple[str, ...]:
 
 def test_stored_frames_keep_nothing_else_alive(run: ps.Result) -> None:
     """A slice of the state would keep the arrays it is cut from."""
-    from peristalsis.observers import FieldRecorder
+    from peristalsis.running.observers import FieldRecorder
 
     simulation = ps.Simulation(ps.configuration("baseline", changes=SMALL))
     recorder = FieldRecorder(1, ("calcium_circular", "radius"))

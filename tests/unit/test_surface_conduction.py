@@ -9,8 +9,8 @@ from peristalsis.tissue.conduction import diffuse, fill_ghosts, largest_eigenval
 from peristalsis.tissue.sheet import advance_sheet
 from peristalsis.tissue.surface import Conductivities, Monodomain, SurfaceOperator, SurfaceSizes, stability_rate
 from peristalsis.tissue.surface_sheet import advance_surface_sheet
-from peristalsis.verification.exact.runs import IDLE, started
-from peristalsis.verification.exact.surface import CIRCULAR, DIFFUSIVITY, LONGITUDINAL, Surface, apply_surface
+from verification.exact.runs import IDLE, started
+from verification.exact.surface import CIRCULAR, DIFFUSIVITY, LONGITUDINAL, Surface, apply_surface
 
 MODEL, STATE = started(IDLE, {"pellet.enabled": False, "grid.n_z": 60, "grid.n_z_wall": 8})
 KINDS = {"monodomain": CIRCULAR, "bidomain": LONGITUDINAL}

@@ -21,9 +21,9 @@ from peristalsis.model.surface_equilibrium import (
     solve_surface,
 )
 from peristalsis.model.surface_step import kinematics, try_surface_wall
-from peristalsis.verification.exact.runs import started
-from peristalsis.verification.exact.surface_wall import widened
 from peristalsis.wall.surface_regularisers import SurfaceConstants
+from verification.exact.runs import started
+from verification.exact.surface_wall import widened
 
 Floats = NDArray[np.float64]
 COLUMNS = 4

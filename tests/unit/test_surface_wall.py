@@ -14,7 +14,9 @@ from peristalsis.geometry.surface import (
 )
 from peristalsis.geometry.tube import lumen_volume
 from peristalsis.numerics.ring_blocks import multiply_transposed
-from peristalsis.verification.exact.surface_wall import (
+from peristalsis.wall.surface import measure_edges, new_edges, stored_energy
+from peristalsis.wall.surface_regularisers import SurfaceConstants, patch_shear
+from verification.exact.surface_wall import (
     BARE,
     at_rest,
     crumpled,
@@ -28,9 +30,7 @@ from peristalsis.verification.exact.surface_wall import (
     times,
     uniform,
 )
-from peristalsis.verification.exact.wall import COUPLED, assembled, wall_constants
-from peristalsis.wall.surface import measure_edges, new_edges, stored_energy
-from peristalsis.wall.surface_regularisers import SurfaceConstants, patch_shear
+from verification.exact.wall import COUPLED, assembled, wall_constants
 
 N = 9
 SMOOTH = {"bending_stiffness": 1e-3, "bending_viscosity": 1e-4}

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from peristalsis import warm_up
 from peristalsis.numerics import compiled, sources
+from peristalsis.running import warm_up
 
 WITHOUT_LOCKS = """
 import sys

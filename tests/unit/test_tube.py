@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from peristalsis.geometry.tube import lumen_volume
-from peristalsis.verification.exact.runs import wave_catches_pellet
-from peristalsis.verification.exact.wall import discrete_volume
 from peristalsis.wall.assembly import VOLUME_R, VOLUME_Z, WALL_ROWS, volume_gradient
+from verification.exact.runs import wave_catches_pellet
+from verification.exact.wall import discrete_volume
 
 
 def test_cylinder_and_cone_are_exact() -> None:

@@ -11,22 +11,22 @@ from pathlib import Path
 import pytest
 
 import peristalsis as ps
-from peristalsis import store
-from peristalsis.batches import batch
 from peristalsis.cli import main
-from peristalsis.disk import Disk
 from peristalsis.errors import WriteError
-from peristalsis.locks import Claim
-from peristalsis.plan import read_plan
-from peristalsis.runner import KeptRun
-from peristalsis.store import Workspace, verify
-from peristalsis.verification.exact.runs import configured
+from peristalsis.many.batch import batch
+from peristalsis.many.plan import read_plan
+from peristalsis.running.runner import KeptRun
+from peristalsis.storing import store
+from peristalsis.storing.disk import Disk
+from peristalsis.storing.locks import Claim
+from peristalsis.storing.store import Workspace, verify
+from verification.exact.runs import configured
 
 TINY = {"grid.n_z": 40, "grid.n_z_wall": 40, "run.duration": "0.02 s", "output.interval": "10 ms"}
 HOLDER = """
 import sys
 from pathlib import Path
-from peristalsis.locks import Claim
+from peristalsis.storing.locks import Claim
 claim = Claim(Path(sys.argv[1]))
 print("taken", flush=True)
 sys.stdin.read()

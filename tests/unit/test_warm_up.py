@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from peristalsis import warm_up
-from peristalsis.build import build
-from peristalsis.config import Configuration
+from peristalsis.inputs.build import build
+from peristalsis.inputs.config import Configuration
 from peristalsis.model.initial import initial_state, straight_state
 from peristalsis.model.step import advance_tissue
 from peristalsis.numerics.sources import PACKAGE, kernel_digest
+from peristalsis.running import warm_up
 
 
 class Started:
@@ -43,7 +43,7 @@ def started(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Started:
     found = Started()
     monkeypatch.setattr(subprocess, "Popen", found)
     monkeypatch.setattr("peristalsis.numerics.compiled.CACHE_FOLDER", tmp_path)
-    monkeypatch.setattr("peristalsis.environment.processors", lambda: 2)
+    monkeypatch.setattr("peristalsis.storing.environment.processors", lambda: 2)
     return found
 
 
@@ -72,7 +72,7 @@ def test_no_second_process_where_it_cannot_help(
     elif reason == "no cache":
         monkeypatch.setattr("peristalsis.numerics.compiled.CACHE_FOLDER", None)
     else:
-        monkeypatch.setattr("peristalsis.environment.processors", lambda: 1)
+        monkeypatch.setattr("peristalsis.storing.environment.processors", lambda: 1)
     with warm_up._second_process() as helper:
         assert helper is None
     assert started.words == []
@@ -89,9 +89,9 @@ def test_a_process_that_cannot_start_is_done_without(started: Started, monkeypat
 
 def test_folders_that_numba_makes_for_a_decorated_kernel_are_an_empty_cache(tmp_path: Path) -> None:
     source = """
-import peristalsis.environment
-peristalsis.environment.processors = lambda: 2
-from peristalsis import warm_up
+import peristalsis.storing.environment
+peristalsis.storing.environment.processors = lambda: 2
+from peristalsis.running import warm_up
 from peristalsis.tissue import sheet
 with warm_up._second_process() as helper:
     print(helper is not None)
@@ -105,7 +105,7 @@ with warm_up._second_process() as helper:
 
 def test_what_has_been_compiled_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """By the names that numba gives its files."""
-    monkeypatch.setattr("peristalsis.environment.processors", lambda: 2)
+    monkeypatch.setattr("peristalsis.storing.environment.processors", lambda: 2)
     warm_up.compile_tissue()
     with warm_up._second_process() as helper:
         assert helper is None

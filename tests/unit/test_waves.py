@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from peristalsis.measures import FASTEST, Speed, in_order, speed_of_passage, wave_speed
-from peristalsis.waves import CONDUCTED, SPONTANEOUS, STIMULATED, Wave, waves
+from peristalsis.results.measures import FASTEST, Speed, in_order, speed_of_passage, wave_speed
+from peristalsis.results.waves import CONDUCTED, SPONTANEOUS, STIMULATED, Wave, waves
 
 LENGTH = 10.0
 Z = (np.arange(200) + 0.5) * LENGTH / 200

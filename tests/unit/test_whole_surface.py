@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from peristalsis import scenarios
-from peristalsis.result import Result
-from peristalsis.simulation import Simulation
+from peristalsis.results.result import Result
+from peristalsis.running.simulation import Simulation
 
 SMALL = {"grid.n_z": 120, "grid.n_z_wall": 60, "output.interval": "20 ms", "pellet.start_gap": "3 mm"}
 

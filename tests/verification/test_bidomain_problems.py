@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from peristalsis.tissue.kernel import Variant
 from peristalsis.tissue.surface import Conductivities
-from peristalsis.verification.exact.gaussian import Gaussian
-from peristalsis.verification.exact.orders import assert_order
-from peristalsis.verification.exact.surface import CIRCULAR, LONGITUDINAL, PathmanathanGray, Surface, apply_surface
+from verification.exact.gaussian import Gaussian
+from verification.exact.kernel import Variant
+from verification.exact.orders import assert_order
+from verification.exact.surface import CIRCULAR, LONGITUDINAL, PathmanathanGray, Surface, apply_surface
 
 OBLIQUE = [(1, 1), (3, 2), (0, 5), (7, 0), (11, 9), (20, 16)]
 

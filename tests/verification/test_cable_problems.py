@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from peristalsis.verification.exact.cable import (
+from verification.exact.cable import (
     apply_operator,
 )
-from peristalsis.verification.exact.orders import assert_order
+from verification.exact.orders import assert_order
 
 LENGTH = 10.0
 

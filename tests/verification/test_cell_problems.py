@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from peristalsis.verification.cell import MUSCLE, PULSE, Cell, reference, resting_start, traced
+from verification.cell import MUSCLE, PULSE, Cell, reference, resting_start, traced
 
 Floats = NDArray[np.float64]
 

@@ -5,8 +5,8 @@ import pytest
 from numpy.typing import NDArray
 
 from peristalsis.pellet.contact import smallest_gap
-from peristalsis.verification.contact import force_from_pressure, gaps
-from peristalsis.verification.exact.runs import IDLE, March, march, wave_catches_pellet
+from verification.contact import force_from_pressure, gaps
+from verification.exact.runs import IDLE, March, march, wave_catches_pellet
 
 Floats = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from peristalsis.model.balance import Work
-from peristalsis.verification.coupled import balance, unbalanced
-from peristalsis.verification.exact.runs import march, wave_catches_pellet
+from verification.coupled import balance, unbalanced
+from verification.exact.runs import march, wave_catches_pellet
 
 
 @pytest.mark.parametrize("term", [f for f in Work._fields if f != "kinetic"])

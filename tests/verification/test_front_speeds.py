@@ -9,8 +9,8 @@ from peristalsis.tissue.conduction import largest_eigenvalue
 from peristalsis.tissue.resolution import columns_for_speed, front_foot, relative_front_speed
 from peristalsis.tissue.surface import Conductivities, SurfaceSizes, stability_rate
 from peristalsis.tissue.surface_sheet import advance_surface_sheet
-from peristalsis.verification.exact.runs import IDLE, started
-from peristalsis.verification.exact.surface import CIRCULAR, DIFFUSIVITY, LONGITUDINAL
+from verification.exact.runs import IDLE, started
+from verification.exact.surface import CIRCULAR, DIFFUSIVITY, LONGITUDINAL
 
 MODEL, STATE = started(IDLE, {"pellet.enabled": False, "grid.n_z": 8, "grid.n_z_wall": 8})
 

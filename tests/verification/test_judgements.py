@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from peristalsis.verification import coupled, dynamics
-from peristalsis.verification.coupled import QUANTITIES, SAFETY, TRIPLES, grid_index
-from peristalsis.verification.dynamics import FOURTH_ORDER, Conservative
-from peristalsis.verification.exact.runs import March, started
+from verification import coupled, dynamics
+from verification.coupled import QUANTITIES, SAFETY, TRIPLES, grid_index
+from verification.dynamics import FOURTH_ORDER, Conservative
+from verification.exact.runs import March, started
 
 Floats = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from peristalsis.errors import ConfigurationError
-from peristalsis.verification.problem import (
+from verification.problem import (
     Check,
     Outcome,
     Problem,
@@ -16,7 +16,7 @@ from peristalsis.verification.problem import (
     not_applicable,
     order,
 )
-from peristalsis.verification.registry import chosen, problems
+from verification.registry import chosen, problems
 
 CASES = [
     pytest.param(problem, id=problem.id, marks=() if problem.tier == "quick" else pytest.mark.slow)

@@ -1,4 +1,4 @@
-"""Pages, tables and exit codes of `peristalsis verify`, with problems made up for the purpose."""
+"""Pages, tables and exit codes of `python -m verification`, with problems made up for the purpose."""
 
 import csv
 import io
@@ -8,10 +8,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from peristalsis.cli import main
-from peristalsis.verification import credibility, registry, report
-from peristalsis.verification.problem import Outcome, Problem, error, judged, not_applicable, order
-from peristalsis.verification.report import carry_out, counts, pages, shortened, tally
+import benchmarks.command
+from verification import command, credibility, registry, report
+from verification.command import main
+from verification.problem import Outcome, Problem, error, judged, not_applicable, order
+from verification.report import carry_out, counts, pages, shortened, tally
 
 
 def good() -> Outcome:
@@ -71,7 +72,7 @@ def test_pages_are_the_same_twice() -> None:
 @pytest.mark.usefixtures("made_up")
 def test_command_fails_with_a_failed_problem(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Exit code 1, the table, and the pages all the same."""
-    assert main(["verify", "--out", str(tmp_path / "pages")]) == 1
+    assert main(["--out", str(tmp_path / "pages")]) == 1
     said = capsys.readouterr()
     assert "far | off" in said.out
     assert "M1 Bad: fail" in said.err
@@ -83,7 +84,7 @@ def test_named_problems_write_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(["verify", "E1", "--json"]) == 0
+    assert main(["E1", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["problems"][0]["verdict"] == "pass"
     assert list(tmp_path.iterdir()) == []
@@ -93,14 +94,26 @@ def test_named_problems_write_nothing(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("verify", "Q7"), "problem = 'Q7': no such problem"),
-        (("verify", "--quick", "--full"), "--quick and --full are both given"),
-        (("verify", "E1", "--full"), "--full is given beside problem E1"),
+        (("Q7",), "problem = 'Q7': no such problem"),
+        (("--quick", "--full"), "--quick and --full are both given"),
+        (("E1", "--full"), "--full is given beside problem E1"),
     ],
 )
 def test_mistakes_are_one_line(words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(list(words)) == 2
     assert said in capsys.readouterr().err
+
+
+def test_programs_beside_the_package_explain_themselves(capsys: pytest.CaptureFixture[str]) -> None:
+    """`--help` ends with 0, shows every option and example, and names the program as it is called."""
+    for program in (command, benchmarks.command):
+        assert program.main(["--help"]) == 0
+        said = capsys.readouterr().out
+        home = program.__name__.partition(".")[0]
+        assert f"Usage: python -m {home} [OPTIONS]" in said
+        assert all(option in said for option in ("--quick", "--full", "--out", "--json", *program.EXAMPLES))
+        assert program.main(["--nothing"]) == 2
+        assert f"see python -m {home} --help" in capsys.readouterr().err
 
 
 def test_credibility_says_what_is_not_validated() -> None:
@@ -115,7 +128,7 @@ def test_credibility_says_what_is_not_validated() -> None:
 def test_unwritable_place_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "problems", lambda: {"E1": MADE_UP[0]})
     (tmp_path / "file").write_text("", encoding="utf-8")
-    assert main(["verify", "--out", str(tmp_path / "file" / "pages")]) == 4
+    assert main(["--out", str(tmp_path / "file" / "pages")]) == 4
 
 
 def test_report_decides_nothing() -> None:

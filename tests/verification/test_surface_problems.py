@@ -13,9 +13,11 @@ from peristalsis.model.model import Model
 from peristalsis.model.state import PelletState, WallState
 from peristalsis.model.step import _try_wall
 from peristalsis.model.surface_step import SurfaceSolved, try_surface_wall
-from peristalsis.verification.exact.orders import assert_order
-from peristalsis.verification.exact.runs import started
-from peristalsis.verification.exact.surface_wall import (
+from peristalsis.wall.passive import PassiveConstants
+from peristalsis.wall.surface_regularisers import SurfaceConstants
+from verification.exact.orders import assert_order
+from verification.exact.runs import started
+from verification.exact.surface_wall import (
     BARE,
     at_rest,
     forces,
@@ -27,9 +29,7 @@ from peristalsis.verification.exact.surface_wall import (
     uniform,
     widened,
 )
-from peristalsis.verification.exact.wall import COUPLED, gradient, wall_constants
-from peristalsis.wall.passive import PassiveConstants
-from peristalsis.wall.surface_regularisers import SurfaceConstants
+from verification.exact.wall import COUPLED, gradient, wall_constants
 
 Floats = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from peristalsis.verification import trace
-from peristalsis.verification.trace import citations, cited, missing, page, traced
+from verification import trace
+from verification.trace import citations, cited, missing, page, traced
 
 ROOT = Path(__file__).parents[2]
 

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from peristalsis.verification.exact.orders import assert_order
-from peristalsis.verification.exact.runs import IDLE, march, moved, started
-from peristalsis.verification.exact.wall import (
+from peristalsis.wall.membrane import PARTS, TOTAL_LONGITUDINAL, corner_tension
+from verification.exact.orders import assert_order
+from verification.exact.runs import IDLE, march, moved, started
+from verification.exact.wall import (
     COUPLED,
     assembled,
     axial_invariants,
     wall_constants,
 )
-from peristalsis.verification.wall import clamped
-from peristalsis.verification.waves import LINEAR_ROD, rod_amplitudes
-from peristalsis.wall.membrane import PARTS, TOTAL_LONGITUDINAL, corner_tension
+from verification.wall import clamped
+from verification.waves import LINEAR_ROD, rod_amplitudes
 
 Floats = NDArray[np.float64]
 

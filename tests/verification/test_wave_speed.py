@@ -2,7 +2,7 @@
 
 import pytest
 
-from peristalsis.verification.exact.wave import speed
+from verification.exact.wave import speed
 
 
 @pytest.mark.parametrize("layer", ["longitudinal", "circular"])

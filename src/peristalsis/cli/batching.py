@@ -13,16 +13,16 @@ from ..paths import located
 from .streams import Screen, spelled
 
 if TYPE_CHECKING:
-    from ..batches import Step
+    from ..many.rows import Step
 
 MOST_WORKERS = 64
 
 
 def batch(file: str, out: str | None, workers: int, screen: Screen) -> int:
     """Carry out a batch file; the exit code."""
-    from ..batches import WITHOUT_RESULT
-    from ..batches import batch as carry_out
-    from ..plan import as_text, read_plan
+    from ..many.batch import WITHOUT_RESULT
+    from ..many.batch import batch as carry_out
+    from ..many.plan import as_text, read_plan
 
     if not 1 <= workers <= MOST_WORKERS:
         raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
@@ -56,7 +56,8 @@ def batch(file: str, out: str | None, workers: int, screen: Screen) -> int:
 
 def check(folders: Sequence[str], aside: bool, screen: Screen) -> int:
     """Check stored runs against their manifests; exit code 1 if one is not whole."""
-    from .. import result, store
+    from ..results import result
+    from ..storing import store
 
     states: list[dict[str, str]] = []
     for folder in folders:

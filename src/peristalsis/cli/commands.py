@@ -6,77 +6,17 @@ from typing import Annotated
 
 import typer
 
-from .bench_command import EXAMPLES as BENCH_EXAMPLES
-from .bench_command import bench
+from .help import EXAMPLES as EXAMPLES
+from .help import WITHOUT_WORDS as WITHOUT_WORDS
+from .help import epilog
 from .inputs import Input
 from .job import Job
-from .paper_command import EXAMPLES as PAPER_EXAMPLES
 from .paper_command import paper
-from .verify_command import EXAMPLES as VERIFY_EXAMPLES
-from .verify_command import verify
-
-EXIT_CODES = (
-    "Exit codes: 0 finished, whatever the pellet did; 1 a check ran and failed; 2 bad input; "
-    "3 the run diverged, or points of a batch have no result; 4 a result could not be written; 130 interrupted."
-)
-
-EXAMPLES = {
-    "": ("peristalsis list", "peristalsis run baseline", "peristalsis compare out/baseline out/reflex_only"),
-    "run": (
-        "peristalsis run baseline",
-        "peristalsis run baseline --reading stretched --out out/stretched",
-        "peristalsis run baseline --set 'pellet.viscous_friction=120 mN*s/cm' --out out/thin",
-        "peristalsis run baseline --set reflex.enabled=false --set 'run.duration=1 s' --out out/short",
-        "peristalsis run baseline --integrator explicit --set 'wall.surface_density=26.14 g/cm^2' "
-        "--set grid.n_z_wall=100 --out out/explicit",
-        "peristalsis run --config my.toml --out out/mine --json",
-        "peristalsis run --config my.toml --out out/mine --resume",
-        "peristalsis run baseline --set 'run.duration=1 s' --certain --out out/sure",
-    ),
-    "list": ("peristalsis list", "peristalsis list --json"),
-    "show": (
-        "peristalsis show baseline",
-        "peristalsis show baseline pellet --reading printed",
-        "peristalsis show segmentation --set 'rings.period=4 s' --toml",
-    ),
-    "schema": ("peristalsis schema",),
-    "validate": ("peristalsis validate my.toml",),
-    "cite": ("peristalsis cite baseline", "peristalsis cite out/baseline"),
-    "plot": (
-        "peristalsis plot out/baseline",
-        "peristalsis plot out/baseline overview --format pdf --format svg",
-    ),
-    "film": ("peristalsis film out/baseline", "peristalsis film out/baseline --out baseline.gif"),
-    "scene": ("peristalsis scene out/baseline", "peristalsis scene out/baseline --time '1.2 s' --out squeeze.png"),
-    "export": (
-        "peristalsis export out/baseline",
-        "peristalsis export out/baseline --out tables",
-        "peristalsis export out/baseline --format vtk",
-    ),
-    "compare": (
-        "peristalsis compare out/baseline out/thin",
-        "peristalsis compare out/baseline out/thin out/reflex_only --out out/compared",
-    ),
-    "batch": ("peristalsis batch friction.toml", "peristalsis batch friction.toml --workers 2 --out out/friction"),
-    "check": ("peristalsis check out/baseline", "peristalsis check out/baseline out/thin --quarantine"),
-    "paper": PAPER_EXAMPLES,
-    "verify": VERIFY_EXAMPLES,
-    "bench": BENCH_EXAMPLES,
-    "version": ("peristalsis version",),
-}
-"""Examples of the help texts, by command; the tests run them."""
-
-
-def _epilog(command: str) -> str:
-    """Examples, one a line: the mark keeps the lines as they are."""
-    examples = "\n".join(("\b", "Examples:", *EXAMPLES[command]))
-    return f"{examples}\n\n{EXIT_CODES}" if command in ("", "run") else examples
-
 
 app = typer.Typer(
     name="peristalsis",
     help="Electromechanical model of colonic propulsion: waves in two muscle layers, a soft wall, a pellet.",
-    epilog=_epilog(""),
+    epilog=epilog(""),
     add_completion=False,
     rich_markup_mode=None,  # brackets in the texts are meant
     pretty_exceptions_enable=False,
@@ -124,7 +64,7 @@ def root(
     return Job(version)
 
 
-@app.command("run", epilog=_epilog("run"))
+@app.command("run", epilog=epilog("run"))
 def run_(
     name: MaybeName = None,
     reading: Reading = None,
@@ -174,7 +114,7 @@ def run_(
     return Job(lambda screen: run(order, screen), name)
 
 
-@app.command("list", epilog=_epilog("list"))
+@app.command("list", epilog=epilog("list"))
 def list_(as_json: Json = False) -> Job:
     """List scenarios and readings.
 
@@ -185,7 +125,7 @@ def list_(as_json: Json = False) -> Job:
     return Job(list_scenarios)
 
 
-@app.command("show", epilog=_epilog("show"))
+@app.command("show", epilog=epilog("show"))
 def show_(
     name: Name,
     section: Annotated[
@@ -207,7 +147,7 @@ def show_(
     return Job(lambda screen: show(Input(name, reading, settings or (), config), section, toml, screen), name)
 
 
-@app.command("schema", epilog=_epilog("schema"))
+@app.command("schema", epilog=epilog("schema"))
 def schema_(as_json: Json = False) -> Job:
     """Print the JSON Schema of configuration files."""
     from .showing import schema
@@ -215,7 +155,7 @@ def schema_(as_json: Json = False) -> Job:
     return Job(schema)
 
 
-@app.command("validate", epilog=_epilog("validate"))
+@app.command("validate", epilog=epilog("validate"))
 def validate_(
     file: Annotated[str, typer.Argument(metavar="FILE", help="TOML file of parameters.")],
     as_json: Json = False,
@@ -229,7 +169,7 @@ def validate_(
     return Job(lambda screen: validate(file, screen))
 
 
-@app.command("cite", epilog=_epilog("cite"))
+@app.command("cite", epilog=epilog("cite"))
 def cite_(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Scenario, or folder of a stored run.")],
     reading: Reading = None,
@@ -246,7 +186,7 @@ def cite_(
     return Job(lambda screen: cite(Input(name, reading, settings or (), config), screen), name)
 
 
-@app.command("plot", epilog=_epilog("plot"))
+@app.command("plot", epilog=epilog("plot"))
 def plot_(
     folder: Folder,
     names: Annotated[
@@ -272,7 +212,7 @@ def plot_(
     return Job(lambda screen: plot(folder, names or (), formats or (), out, screen))
 
 
-@app.command("film", epilog=_epilog("film"))
+@app.command("film", epilog=epilog("film"))
 def film_(
     folder: Folder,
     out: Annotated[
@@ -290,7 +230,7 @@ def film_(
     return Job(lambda screen: film(folder, out, overwrite, screen, frames, rate))
 
 
-@app.command("scene", epilog=_epilog("scene"))
+@app.command("scene", epilog=epilog("scene"))
 def scene_(
     folder: Folder,
     out: Annotated[
@@ -321,7 +261,7 @@ def scene_(
     return Job(lambda screen: scene(folder, out, time, colour, overwrite, screen, rate))
 
 
-@app.command("export", epilog=_epilog("export"))
+@app.command("export", epilog=epilog("export"))
 def export_(
     folder: Folder,
     out: Annotated[
@@ -358,7 +298,7 @@ def export_(
     return Job(lambda screen: export(folder, kind, out, overwrite, screen, every, fields or [], compress, units))
 
 
-@app.command("compare", epilog=_epilog("compare"))
+@app.command("compare", epilog=epilog("compare"))
 def compare_(
     runs: Annotated[list[str], typer.Argument(metavar="RUN RUN...", help="Folders of stored runs.")],
     out: Annotated[
@@ -377,7 +317,7 @@ def compare_(
     return Job(lambda screen: compare(runs, out, overwrite, screen))
 
 
-@app.command("batch", epilog=_epilog("batch"))
+@app.command("batch", epilog=epilog("batch"))
 def batch_(
     file: Annotated[str, typer.Argument(metavar="FILE", help="TOML file: scenario, changes, and a grid or points.")],
     out: Annotated[
@@ -397,7 +337,7 @@ def batch_(
     return Job(lambda screen: batch(file, out, workers, screen))
 
 
-@app.command("check", epilog=_epilog("check"))
+@app.command("check", epilog=epilog("check"))
 def check_(
     folders: Annotated[list[str], typer.Argument(metavar="FOLDER...", help="Folders of stored runs.")],
     quarantine: Annotated[
@@ -414,12 +354,10 @@ def check_(
     return Job(lambda screen: check(folders, quarantine, screen))
 
 
-app.command("paper", epilog=_epilog("paper"))(paper)
-app.command("verify", epilog=_epilog("verify"))(verify)
-app.command("bench", epilog=_epilog("bench"))(bench)
+app.command("paper", epilog=epilog("paper"))(paper)
 
 
-@app.command("version", epilog=_epilog("version"))
+@app.command("version", epilog=epilog("version"))
 def version_(as_json: Json = False) -> Job:
     """Show versions: this package, and what it rests on."""
     from .showing import version

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from ..errors import ConfigurationError, InterruptedRun, PeristalsisError, WriteError
 from .job import Job
@@ -17,12 +19,23 @@ TRACEBACK = "PERISTALSIS_TRACEBACK"
 REPEATABLE = ("--set", "--format", "--variant")
 
 
-def dispatch(words: Sequence[str]) -> int:
+@dataclass(frozen=True)
+class Program:
+    """A command line: its name in messages, and the module with its typer `app` and its `EXAMPLES` by command."""
+
+    name: str
+    module: str
+
+
+PERISTALSIS = Program("peristalsis", "peristalsis.cli.commands")
+
+
+def dispatch(words: Sequence[str], program: Program = PERISTALSIS) -> int:
     """Carry out a command line; what goes wrong is one line on stderr, and one JSON object with --json."""
     with forgiving_streams() as streams:
         screen = Screen(json="--json" in words)
         with sigterm_as_interrupt():
-            code = _carry_out(words, screen)
+            code = _carry_out(words, screen, program)
         lost = streams.lost()
         if lost is None:
             return code
@@ -30,9 +43,9 @@ def dispatch(words: Sequence[str]) -> int:
         return code or WriteError.exit_code
 
 
-def _carry_out(words: Sequence[str], screen: Screen) -> int:
+def _carry_out(words: Sequence[str], screen: Screen, program: Program) -> int:
     try:
-        job = _parse(words)
+        job = _parse(words, program)
         if isinstance(job, int):  # a help text was shown
             return job
         screen.scenario = job.scenario
@@ -61,24 +74,23 @@ def _has_working_folder() -> bool:
         return False
 
 
-def _parse(words: Sequence[str]) -> Job | int:
+def _parse(words: Sequence[str], program: Program) -> Job | int:
     import typer
     from typer.main import get_command
 
-    from .commands import EXAMPLES, app
-
+    commands = importlib.import_module(program.module)
     # Some versions of typer carry their own click, so the class of all usage errors is reached through typer.
     usage_error: type[Exception] = typer.BadParameter.__bases__[0]
     try:
         _refuse_repeated(words)
-        parsed: Job | int | None = get_command(app).main(
-            args=list(words) or ["--help"], prog_name="peristalsis", standalone_mode=False
+        parsed: Job | int | None = get_command(commands.app).main(
+            args=list(words) or list(commands.WITHOUT_WORDS), prog_name=program.name, standalone_mode=False
         )
     except typer.Abort:
         raise KeyboardInterrupt from None
     except usage_error as error:
-        command = next((f" {word}" for word in words[:1] if word in EXAMPLES), "")
-        where = getattr(getattr(error, "ctx", None), "command_path", f"peristalsis{command}")
+        command = next((f" {word}" for word in words[:1] if word in commands.EXAMPLES), "")
+        where = getattr(getattr(error, "ctx", None), "command_path", f"{program.name}{command}")
         said = getattr(error, "format_message", error.__str__)().rstrip(". ")
         raise ConfigurationError(f"{said}; see {where} --help") from None
     return 0 if parsed is None else parsed

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ..errors import ConfigurationError, shown
 
 if TYPE_CHECKING:
-    from ..config import Configuration
+    from ..inputs.config import Configuration
 
 
 INTEGRATOR = "solver.integrator"

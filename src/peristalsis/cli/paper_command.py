@@ -15,8 +15,8 @@ from .job import Job
 from .streams import Screen, spelled
 
 if TYPE_CHECKING:
+    from ..many.rows import Step
     from ..paper.experiments import Outcome
-    from ..studies.sweep import Step
 
 FIGURES = ("1", "2", "3", "4", "5", "6", "7")
 READINGS = ("tight", "stretched", "printed", "all")
@@ -153,8 +153,8 @@ class _Progress:
         self._reading = reading
 
     def __call__(self, step: Step) -> None:
-        numbers = step.record.numbers
+        numbers = step.row.summary
         transit = numbers.get("transit_s")
-        ended = f"expelled at {transit:.2f} s" if transit is not None else step.record.status.replace("_", " ")
+        ended = f"expelled at {transit:.2f} s" if transit is not None else step.row.status.replace("_", " ")
         kept = " (kept)" if step.kept else ""
-        self._screen.line(f"{self._reading} {step.done:3d}/{step.count} {step.name}: {ended}{kept}")
+        self._screen.line(f"{self._reading} {step.done:3d}/{step.count} {step.row.point.name}: {ended}{kept}")

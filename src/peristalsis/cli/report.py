@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..comparing import NUMBERS, Number, value_of
+from ..many.comparing import NUMBERS, Number, value_of
 from ..names import CERTAIN
 from .streams import Screen, spelled
 
 if TYPE_CHECKING:
-    from ..config import Entry
-    from ..result import Result
+    from ..inputs.config import Entry
+    from ..results.result import Result
 
 FRICTION = {
     "pellet.viscous_friction": ("viscous friction", "N*s/m", 0.1),
@@ -43,7 +43,7 @@ def print_summary(result: Result, target: Path, pictures: tuple[str, ...], scree
 
 def print_certainty(result: Result, screen: Screen) -> None:
     """What the doubled grid and the halved steps came to, and whether the run may be used; nothing if not asked."""
-    from ..certain import WORDS
+    from ..running.certain import WORDS
 
     verdict = result.summary.get(CERTAIN)
     if verdict is None:

@@ -17,8 +17,8 @@ from .signals import Held, held_back
 from .streams import RunProgress, Screen, spelled
 
 if TYPE_CHECKING:
-    from ..result import Result
-    from ..runner import KeptRun
+    from ..results.result import Result
+    from ..running.runner import KeptRun
 
 PICTURES = ("overview", "track", "diameter_map", "wall_shapes")
 """Drawn after every run, where they apply; `peristalsis plot` draws all."""
@@ -47,8 +47,8 @@ class Order:
 
 def run(order: Order, screen: Screen) -> int:
     """Carry out an order; the exit code."""
-    from ..certain import cost_words, make_certain, neighbours
-    from ..runner import KeptRun
+    from ..running.certain import cost_words, make_certain, neighbours
+    from ..running.runner import KeptRun
 
     configuration = order.input.configuration()
     screen.scenario = configuration.scenario
@@ -94,7 +94,7 @@ def left_open(result: Result) -> bool:
 
 def _say_finished(kept: KeptRun, order: Order, target: Path, screen: Screen) -> int:
     """What a run that needs no resuming came to; the exit code it had."""
-    from ..certain import cost_words
+    from ..running.certain import cost_words
 
     result = kept.finished
     assert result is not None
@@ -121,7 +121,7 @@ def _draw_again(result: Result, folder: Path, wanted: bool) -> None:
 
 def refuse_target(target: Path, overwrite: bool) -> None:
     """Refuse, before anything is computed, a folder that may not or cannot be written."""
-    from ..store import check_target
+    from ..storing.store import check_target
 
     parent = target.absolute().parent
     try:
@@ -137,8 +137,8 @@ def refuse_target(target: Path, overwrite: bool) -> None:
 
 
 def _simulate(kept: KeptRun, screen: Screen) -> tuple[Result, Failure | None]:
-    from ..consistency import recording_of
-    from ..preflight import disk_remarks, expected_effort
+    from ..inputs.consistency import recording_of
+    from ..inputs.preflight import disk_remarks, expected_effort
 
     configuration = kept.configuration
     screen.line(recording_of(configuration).words())
@@ -170,14 +170,14 @@ def _save(kept: KeptRun, result: Result, drawing: Drawing) -> None:
 
 
 def _add(result: Result, folder: Path, drawing: Drawing, held: Held) -> None:
-    from ..certain import write_table
+    from ..running.certain import write_table
 
     write_table(result.summary, folder)
     drawing.draw(folder, held)
 
 
 def _plain(result: Result) -> dict[str, object]:
-    from ..result import json_ready
+    from ..results.result import json_ready
 
     return dict(json_ready(result.summary))
 

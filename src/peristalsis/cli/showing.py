@@ -14,13 +14,13 @@ from .inputs import Input
 from .streams import Screen, spelled
 
 if TYPE_CHECKING:
-    from ..config import Configuration, Entry
+    from ..inputs.config import Configuration, Entry
 
 
 def list_scenarios(screen: Screen) -> int:
     """Scenarios with title and expected outcome, and readings."""
     from .. import scenarios
-    from ..parameters import READINGS
+    from ..inputs.parameters import READINGS
 
     known = [scenarios.get(name) for name in scenarios.names()]
     screen.table(("scenario", "title", "expected"), ((each.name, each.title, each.expected) for each in known))
@@ -71,7 +71,7 @@ def show(given: Input, section: str | None, toml: bool, screen: Screen) -> int:
 
 def schema(screen: Screen) -> int:
     """The JSON Schema of a configuration file."""
-    from ..config import json_schema
+    from ..inputs.config import json_schema
 
     screen.say(json.dumps(json_schema(), indent=2))
     screen.answer(json_schema())
@@ -81,7 +81,7 @@ def schema(screen: Screen) -> int:
 def validate(file: str, screen: Screen) -> int:
     """Whether a file is a valid configuration; what is wrong with it is the error."""
     from .. import scenarios
-    from ..consistency import recording_of
+    from ..inputs.consistency import recording_of
 
     configuration = Input(None, file=file).configuration()
     screen.scenario = configuration.scenario
@@ -110,7 +110,7 @@ def validate(file: str, screen: Screen) -> int:
 
 def cite(given: Input, screen: Screen) -> int:
     """What to cite for a run: the sources of its numbers, and the numbers that have no source."""
-    from ..parameters import READINGS, SOURCES
+    from ..inputs.parameters import READINGS, SOURCES
 
     configuration = _stored(given) or given.configuration()
     screen.scenario = configuration.scenario
@@ -139,7 +139,7 @@ def cite(given: Input, screen: Screen) -> int:
 
 def version(screen: Screen) -> int:
     """Versions of this package and of what its numbers depend on."""
-    from ..environment import versions
+    from ..storing.environment import versions
 
     found: Mapping[str, str] = versions()
     screen.say(", ".join(f"{name} {number}" for name, number in found.items()))
@@ -150,8 +150,8 @@ def version(screen: Screen) -> int:
 def _stored(given: Input) -> Configuration | None:
     """The configuration in a folder of a stored run, if NAME is one and no scenario has this name."""
     from .. import scenarios
-    from ..config import Configuration
-    from ..store import CONFIGURATION_FILE
+    from ..inputs.config import Configuration
+    from ..storing.store import CONFIGURATION_FILE
 
     if given.name is None or given.name in scenarios.names() or not located(given.name).is_dir():
         return None

@@ -15,7 +15,7 @@ from .report import number_text
 from .streams import Screen, spelled
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 FORMATS = ("png", "svg", "pdf")
 FILMS = (".gif", ".mp4")
@@ -109,7 +109,7 @@ def export(
 
 def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Screen) -> int:
     """Numbers of stored runs side by side; with a folder, pictures of their tracks and differences."""
-    from .. import comparing
+    from ..many import comparing
 
     if len(folders) < 2:
         raise ConfigurationError(
@@ -186,7 +186,7 @@ def _home(folder: str) -> Path:
 
 
 def _load(folder: str, screen: Screen) -> Result:
-    from ..result import load
+    from ..results.result import load
 
     try:
         result = load(folder)
@@ -204,7 +204,7 @@ def _refuse_existing(target: Path, overwrite: bool) -> None:
 @contextmanager
 def _taken(target: Path, overwrite: bool) -> Iterator[None]:
     """The name of what is to be written, for this process alone; refused where it is taken or may not be replaced."""
-    from ..locks import Claim
+    from ..storing.locks import Claim
 
     _refuse_existing(target, overwrite)
     claim = Claim(target)

@@ -79,8 +79,8 @@ def damped_limit(decay: float, square: float) -> float:
 
 def conduction_limit(model: Model, layer: Layer, state: State, opened: float = 0.0) -> float:
     """Largest stable step of a layer's potential [s], by Heun's method on the three-point operator."""
-    rate = model.cell.kinetics_rate * float(layer.conductances.sum(axis=0).max()) + opened
-    rate /= model.cell.capacitance
+    rate = layer.constants.kinetics_rate * layer.leakiness + opened
+    rate /= layer.constants.capacitance
     if layer.conducts:
         shortest = float(stretch_of_elements(state.wall.position, model.wall.element_size).min())
         spread = 1e-3 * layer.diffusivity * float(np.max(layer.conductivity))

@@ -116,7 +116,7 @@ def _excitable(model: Model, layer: Layer, state: State, sheet: SheetState, stim
     allowed = safety * conduction_limit(model, layer, state, opened)
     return Excitable(
         sheet.potential.ravel().copy(),
-        sheet.gates.reshape(4, -1).copy(),
+        sheet.gates.reshape(len(sheet.gates), -1).copy(),
         sheet.first_activation.ravel().copy(),
         sheet.last_activation.ravel().copy(),
         layer.conductances,
@@ -154,7 +154,7 @@ def _sheet(sheet: Excitable, before: SheetState) -> SheetState:
     shape = before.potential.shape
     return SheetState(
         sheet.potential.reshape(shape),
-        sheet.gates.reshape(4, *shape),
+        sheet.gates.reshape(-1, *shape),
         sheet.first_activation.reshape(shape),
         sheet.last_activation.reshape(shape),
     )

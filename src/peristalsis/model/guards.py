@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import DivergenceError
 from ..numerics.compiled import compiled
-from ..tissue.cells.plant import GATES, TABLE_HIGH, TABLE_LOW
+from ..tissue.cell import SHIPPED_CELL, Cell
 from ..wall.membrane import LARGEST_STRETCH, SMALLEST_STRETCH
 from .equilibrium import TENSION_SCALE
 from .fields import stretch_of_elements
@@ -24,8 +25,8 @@ Floats = NDArray[np.float64]
 HALVINGS = 3
 """How often a step is cut in two before the run is given up; the wall cuts its own steps further."""
 
-LARGEST_CALCIUM = 1e3
 ROUNDOFF = 1e-9
+"""By which rounding may take a state of a cell out of its bounds, as a share of them."""
 PRESSURE_ROUNDOFF = 1e-12
 """Share of the pressure's scale by which rounding may take it below zero."""
 
@@ -63,7 +64,7 @@ def advance_safely(model: Model, state: State, halvings: int = HALVINGS) -> tupl
 
 def violation(model: Model, state: State) -> str | None:
     """What is wrong with a state, naming field and place, or None: not finite, or beyond what any tissue can be."""
-    found = None if _sound(state) else _first_wrong(model, state)
+    found = None if _sound(model, state) else _first_wrong(model, state)
     found = found or _stretches(model, state.wall)
     if found is not None:
         return found
@@ -83,55 +84,73 @@ def violation(model: Model, state: State) -> str | None:
     return None if state.pressure >= least else f"lumen pressure is {state.pressure:.3g} mN/cm^2"
 
 
-def _sound(state: State) -> bool:
+def _sound(model: Model, state: State) -> bool:
     """Whether all fields but the stretches pass, in one compiled call; `_first_wrong` finds the words."""
-    sheets = (state.longitudinal, state.circular, state.pacemaker)
+    sheets = _sheets(model, state)
     wall = state.wall
     finite = (wall.position, wall.velocity, wall.contact, wall.hoop_rate, wall.stretch_rate, wall.drive)
     return bool(
         _all_within(
-            tuple([sheet.potential.ravel() for sheet in sheets]),
-            tuple([sheet.gates.ravel() for sheet in sheets]),
+            tuple([sheet.potential.ravel() for _, _, sheet in sheets]),
+            tuple([sheet.gates.reshape(len(sheet.gates), -1) for _, _, sheet in sheets]),
+            tuple([_allowed(cell) for _, cell, _ in sheets]),
             (*[array.ravel() for array in finite], state.trigger.tension.ravel()),
         )
     )
 
 
+def _sheets(model: Model, state: State) -> tuple[tuple[str, Cell, SheetState], ...]:
+    return (
+        ("longitudinal", model.longitudinal.cell, state.longitudinal),
+        ("circular", model.circular.cell, state.circular),
+        ("pacemaker", SHIPPED_CELL, state.pacemaker),
+    )
+
+
+@cache
+def _allowed(cell: Cell) -> Floats:
+    """Least and largest value, (2, 1 + states), of the potential and of the other states with what rounding adds."""
+    low, high = cell.bounds
+    margin = ROUNDOFF * np.minimum(1.0, np.abs(high))
+    return np.array([[cell.lowest, *(low - margin)], [cell.highest, *(high + margin)]])
+
+
 @compiled
 def _all_within(
-    potentials: tuple[np.ndarray, ...], gates: tuple[np.ndarray, ...], finite: tuple[np.ndarray, ...]
+    potentials: tuple[np.ndarray, ...],
+    gates: tuple[np.ndarray, ...],
+    allowed: tuple[np.ndarray, ...],
+    finite: tuple[np.ndarray, ...],
 ) -> bool:
-    """Whether potentials and gates (flattened, calcium last) keep their bounds, and the rest is finite."""
+    """Whether potentials and gates (a row each) keep what is allowed, and the rest is finite."""
     good = True
-    for values in potentials:
-        good &= _between(values, TABLE_LOW, TABLE_HIGH)
-    for values in gates:
-        calcium = values.size // 4 * 3
-        good &= _between(values[:calcium], -ROUNDOFF, 1.0 + ROUNDOFF)
-        good &= _between(values[calcium:], -ROUNDOFF, LARGEST_CALCIUM)
+    for sheet in range(3):
+        bounds = allowed[sheet]
+        good &= _between(potentials[sheet], bounds[0, 0], bounds[1, 0])
+        rows = gates[sheet]
+        for k in range(rows.shape[0]):
+            good &= _between(rows[k], bounds[0, k + 1], bounds[1, k + 1])
     for values in finite:
         good &= _between(values, -np.inf, np.inf)
     return good
 
 
 def _first_wrong(model: Model, state: State) -> str | None:
-    return (
-        _sheet(model, "longitudinal", state.longitudinal)
-        or _sheet(model, "circular", state.circular)
-        or _sheet(model, "pacemaker", state.pacemaker)
-        or _wall(model, state.wall)
-        or _trigger(model, state)
-    )
+    for name, cell, sheet in _sheets(model, state):
+        wrong = _sheet(model, name, cell, sheet)
+        if wrong is not None:
+            return wrong
+    return _wall(model, state.wall) or _trigger(model, state)
 
 
-def _sheet(model: Model, name: str, sheet: SheetState) -> str | None:
+def _sheet(model: Model, name: str, cell: Cell, sheet: SheetState) -> str | None:
     places = model.grid.cells
-    bad = _outside(sheet.potential, TABLE_LOW, TABLE_HIGH, places)
+    allowed = _allowed(cell)
+    bad = _outside(sheet.potential, allowed[0, 0], allowed[1, 0], places)
     if bad is not None:
         return f"{name} potential {bad} mV"
-    for gate, values in zip(GATES, sheet.gates, strict=True):
-        high = LARGEST_CALCIUM if gate == "c" else 1.0 + ROUNDOFF
-        bad = _outside(values, -ROUNDOFF, high, places)
+    for gate, values, low, high in zip(cell.states, sheet.gates, *allowed[:, 1:], strict=True):
+        bad = _outside(values, low, high, places)
         if bad is not None:
             return f"{name} gate {gate} {bad}"
     return None

@@ -13,8 +13,8 @@ from ..control.sequence import quiet
 from ..errors import ConfigurationError
 from ..geometry.tube import lumen_volume
 from ..pellet.friction import dry_friction
-from ..tissue.cells import plant
-from ..tissue.rest import NoRestError, RestState, rest_state, rest_states
+from ..tissue.cell import SHIPPED_CELL
+from ..tissue.steady import NoRestError, RestState
 from .inflation import inflate_and_insert
 from .model import Layer, Model
 from .state import PelletState, SheetState, State, WallState
@@ -93,11 +93,12 @@ def _resting_sheets(model: Model) -> tuple[tuple[SheetState, SheetState], list[s
 
 def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, list[str]]:
     shape = (model.grid.n_z, model.grid.n_theta_conduction)
-    potential, gates = np.empty(shape).ravel(), np.empty((4, shape[0] * shape[1]))
+    potential, gates = np.empty(shape).ravel(), np.empty((len(layer.cell.states), shape[0] * shape[1]))
     remarks = []
     patterns, which = np.unique(layer.conductances, axis=1, return_inverse=True)
     try:
-        states = rest_states(patterns, model.cell, model.tables[0], model.exact_kinetics)
+        table = layer.tables(model.dt_cell)[0]
+        states = layer.cell.rest.rest_states(patterns, layer.constants, table, model.exact_kinetics)
     except NoRestError as error:
         raise ConfigurationError(f"{name} layer: the cell has no resting potential: {error}") from None
     kinds = np.ravel(which)
@@ -107,9 +108,12 @@ def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, l
     if restless:
         k = restless[0]
         some = f" in {np.isin(kinds, restless).mean():.0%} of its cells, first" if len(states) > 1 else ""
+        channels = ", ".join(
+            f"{name} = {value:g}" for name, value in zip(layer.cell.channels, patterns[:, k], strict=True)
+        )
         remarks.append(
-            f"{name} layer: no stable rest{some} with slow_calcium = {patterns[plant.SLOW, k]:g} mS/cm^2 (steady state "
-            f"at {states[k].potential:.2f} mV is unstable); the tissue starts there and will oscillate by itself"
+            f"{name} layer: no stable rest{some} with {channels} mS/cm^2 (steady state at {states[k].potential:.2f} mV "
+            "is unstable); the tissue starts there and will oscillate by itself"
         )
     highest = max((rest.potential for rest in states if rest.stable), default=-np.inf)  # the others do not rest there
     if highest > layer.threshold:
@@ -118,7 +122,7 @@ def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, l
             "the muscle pulls from the start"
         )
     unset = np.full(shape, np.nan)
-    return SheetState(potential.reshape(shape), gates.reshape(4, *shape), unset, unset.copy()), remarks
+    return SheetState(potential.reshape(shape), gates.reshape(-1, *shape), unset, unset.copy()), remarks
 
 
 def _pacemaker_sheet(model: Model) -> SheetState:
@@ -127,7 +131,8 @@ def _pacemaker_sheet(model: Model) -> SheetState:
         return SheetState(np.zeros((1, 1)), np.zeros((4, 1, 1)), unset, unset.copy())
     cell = model.pacemaker_cell
     try:
-        rest: RestState = rest_state(cell.conductances[:, 0], cell.constants, model.pacemaker_tables[0])
+        table = SHIPPED_CELL.tables(model.dt_cell, cell.constants)[0]
+        rest: RestState = SHIPPED_CELL.rest.rest_state(cell.conductances[:, 0], cell.constants, table)
     except NoRestError as error:
         raise ConfigurationError(f"pacemaker: the cell has no resting potential: {error}") from None
     # A bursting cell stays on its unstable steady state for ever if put exactly on it.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from ..errors import DivergenceError
 from ..geometry.grid import Grid
 from ..numerics.stabilised import coefficients, stages_for
 from ..pellet.friction import CONSTANT, FrictionLaw
-from ..tissue.cells import plant
+from ..tissue.cell import SHIPPED_CELL, Cell
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
 from ..tissue.surface import Conductivities, stability_rate
@@ -54,11 +54,12 @@ class Response:
 
 @dataclass(frozen=True)
 class Layer:
-    """One muscle layer: conductances [mS/cm^2] (5, n_cells), diffusivity at stretch 1 [cm^2/s], muscle.
+    """One muscle layer: conductances [mS/cm^2] (channels, n_cells), diffusivity at stretch 1 [cm^2/s], muscle.
 
     conductivities: those of both media along z and around, whose ratios count on the whole surface. force_factor: a
     number, or of the cells, (n_z, n_theta). conductivity: factor on the diffusivity, a number, or of the inner faces
-    along z, (n_z - 1, n_theta); conductivity_around: of the faces around the ring, (n_z, n_theta).
+    along z, (n_z - 1, n_theta); conductivity_around: of the faces around the ring, (n_z, n_theta). constants: of the
+    cell, a NamedTuple of its own class.
     """
 
     conductances: Floats
@@ -70,11 +71,17 @@ class Layer:
     conductivity: Floats | float = 1.0
     conductivity_around: Floats | float = 1.0
     response: Response = Response()
+    constants: Any = None
+    cell: Cell = SHIPPED_CELL
 
     @cached_property
     def leakiness(self) -> float:
-        """Largest sum of the conductances of a cell [mS/cm^2]."""
-        return float(self.conductances.sum(axis=0).max())
+        """Largest change of a cell's current with its potential [mS/cm^2]."""
+        return self.cell.leakiness(self.conductances, self.constants)
+
+    def tables(self, dt: float) -> tuple[Floats, Floats]:
+        """Tables of its cells for a whole and a half step of dt [ms]."""
+        return self.cell.tables(dt, self.constants)
 
     @cached_property
     def best_conduction(self) -> float:
@@ -89,7 +96,7 @@ class Layer:
 
 @dataclass(frozen=True)
 class PacemakerCell:
-    """An autonomous cell: its constants, conductances (5, 1), coupling [mS/cm^2], width [cm].
+    """An autonomous cell of Plant's model: its constants, conductances (5, 1), coupling [mS/cm^2], width [cm].
 
     It is coupled to the stretch from `place` [cm] on, around the ring over `sector` centred at `angle` [rad].
     """
@@ -127,7 +134,6 @@ class Model:
     """
 
     grid: Grid
-    cell: CellConstants
     longitudinal: Layer
     circular: Layer
     wall: WallConstants
@@ -160,16 +166,15 @@ class Model:
         """Step of conduction and kinetics [ms]."""
         return self.dt_wall * 1e3 / self.substeps
 
-    @cached_property
-    def tables(self) -> tuple[Floats, Floats]:
-        """Gate tables of the tissue for a whole and a half step."""
-        return plant.gate_table(self.dt_cell, self.cell), plant.gate_table(0.5 * self.dt_cell, self.cell)
+    @property
+    def cell(self) -> Any:
+        """Constants of the cells of the longitudinal layer."""
+        return self.longitudinal.constants
 
-    @cached_property
-    def pacemaker_tables(self) -> tuple[Floats, Floats]:
-        """Gate tables of the autonomous pacemaker cell for a whole and a half step."""
-        constants = self.cell if self.pacemaker_cell is None else self.pacemaker_cell.constants
-        return plant.gate_table(self.dt_cell, constants), plant.gate_table(0.5 * self.dt_cell, constants)
+    @property
+    def tables(self) -> tuple[Floats, Floats]:
+        """Tables of the longitudinal layer's cells for a whole and a half step."""
+        return self.longitudinal.tables(self.dt_cell)
 
     def stages(self, layer: Layer, stretch: Floats | float, opened: float = 0.0, ring_rate: float = 0.0) -> Floats:
         """Coefficients of the explicit step of a layer, with as many stages as stability asks for, Eq. (31).
@@ -179,7 +184,7 @@ class Model:
         opened: largest inhibitory conductance [mS/cm^2]. ring_rate: what fluxes around the ring add [1/ms].
         """
         least = stretch if isinstance(stretch, float) else float(np.min(stretch))
-        rate = (layer.leakiness * self.cell.kinetics_rate + opened) / self.cell.capacitance
+        rate = (layer.leakiness * layer.constants.kinetics_rate + opened) / layer.constants.capacitance
         if layer.conducts:
             decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
             rate += decay * layer.best_conduction / least

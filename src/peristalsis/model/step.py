@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +16,8 @@ from ..errors import DivergenceError
 from ..numerics.rates import rate_formula
 from ..numerics.transfer import average
 from ..tissue.bidomain import EllipticError, surface_operator
-from ..tissue.cells.plant import FAST, TABLE_HIGH, TABLE_LOW, CellConstants
-from ..tissue.sheet import advance_sheet
+from ..tissue.cell import SHIPPED_CELL, Cell
 from ..tissue.surface import SurfaceOperator, SurfaceSizes
-from ..tissue.surface_sheet import advance_surface_sheet
 from .arrays import NewWall
 from .constants import packed
 from .equilibrium import CONVERGED, REASONS, workspace
@@ -192,7 +190,7 @@ def _stimuli(model: Model, state: State, start: float, stop: float) -> _Stimuli:
     if state.reflex.inhibition:
         inhibition = np.zeros(shape)
         add_pulses(state.reflex.inhibition, grid.cells, grid.cell_size, start, stop, inhibition, response.inhibition)
-        stimuli.circular.open(inhibition, model.cell.potassium_reversal)
+        stimuli.circular.open(inhibition, model.circular.cell.inhibition(model.circular.constants))
     if model.pacemaker_cell is not None:
         # Each side sees the other's potential of the step before and its own of now: stable at any coupling.
         cell = model.pacemaker_cell
@@ -228,7 +226,7 @@ def _advance_layer(
             if not isinstance(layer.conductivity, float):
                 conduction *= layer.conductivity
     stages = model.stages(layer, stretch.least, stimulus.opened, ring_rate)
-    tissue = _Tissue(layer.conductances, conduction, stages, model.tables, model.cell)
+    tissue = _Tissue(layer.cell, layer.conductances, conduction, stages, layer.tables(model.dt_cell), layer.constants)
     return _advance_sheet(model, sheet, tissue, stimulus, start, f"{name} potential")
 
 
@@ -253,16 +251,18 @@ def _advance_pacemaker(model: Model, sheet: SheetState, stimulus: _Stimulus, sta
         return sheet
     rate = cell.constants.kinetics_rate * float(cell.conductances.sum()) + cell.coupling
     stages = explicit_stages(rate / cell.constants.capacitance, model.dt_cell)
-    tissue = _Tissue(cell.conductances, np.empty((0, 1)), stages, model.pacemaker_tables, cell.constants)
+    tables = SHIPPED_CELL.tables(model.dt_cell, cell.constants)
+    tissue = _Tissue(SHIPPED_CELL, cell.conductances, np.empty((0, 1)), stages, tables, cell.constants)
     return _advance_sheet(model, sheet, tissue, stimulus, start, "pacemaker potential")
 
 
 class _Tissue(NamedTuple):
+    cell: Cell
     conductances: Floats
     conduction: Floats | SurfaceOperator | None
     stages: Floats
     tables: tuple[Floats, Floats]
-    constants: CellConstants
+    constants: Any
 
 
 def _advance_sheet(
@@ -270,10 +270,10 @@ def _advance_sheet(
 ) -> SheetState:
     shape = sheet.potential.shape
     potential = sheet.potential.ravel().copy()
-    gates = sheet.gates.reshape(4, -1).copy()
+    gates = sheet.gates.reshape(len(sheet.gates), -1).copy()
     first, last = sheet.first_activation.ravel().copy(), sheet.last_activation.ravel().copy()
     if isinstance(tissue.conduction, np.ndarray):
-        bad = advance_sheet(
+        bad = tissue.cell.advance_sheet(
             potential,
             gates,
             first,
@@ -295,7 +295,7 @@ def _advance_sheet(
         )
     else:
         try:
-            bad = advance_surface_sheet(
+            bad = tissue.cell.advance_surface_sheet(
                 potential,
                 gates,
                 first,
@@ -319,25 +319,24 @@ def _advance_sheet(
     if bad >= 0:
         place = f"z = {model.grid.cells[bad // shape[1]]:.3g} cm" if shape[0] > 1 else "the oral end"
         cause = _why_out_of_range(model, tissue, stimulus, field)
-        raise DivergenceError(f"{field} left {TABLE_LOW:g}...{TABLE_HIGH:g} mV at {place}, t = {start:.6g} s: {cause}")
-    return SheetState(potential.reshape(shape), gates.reshape(4, *shape), first.reshape(shape), last.reshape(shape))
+        low, high = tissue.cell.lowest, tissue.cell.highest
+        raise DivergenceError(f"{field} left {low:g}...{high:g} mV at {place}, t = {start:.6g} s: {cause}")
+    return SheetState(potential.reshape(shape), gates.reshape(-1, *shape), first.reshape(shape), last.reshape(shape))
 
 
 def _why_out_of_range(model: Model, tissue: _Tissue, stimulus: _Stimulus, field: str) -> str:
     """What takes a potential out of the tables: a stimulus, a reversal potential beyond them, or the step."""
+    low, high = tissue.cell.lowest, tissue.cell.highest
     current = stimulus.current.ravel()
     strongest = int(np.argmax(np.abs(current)))
     if current[strongest] != 0.0:
         # Where a cell would end up with every channel open but the fast one, which inactivates: channels that are
         # closed hold it back even less. Currents run at the tissue's rate (20), stimuli do not.
-        c, g = tissue.constants, tissue.constants.kinetics_rate * tissue.conductances[:, strongest]
-        g[FAST] = 0.0
-        reversals = (c.calcium_reversal, c.calcium_reversal, c.potassium_reversal, c.potassium_reversal)
-        pull = float(g @ np.array([*reversals, c.chloride_reversal]))
-        total = float(g.sum() + stimulus.conductance.ravel()[strongest])
-        rate = (float(current[strongest]) + pull) / c.capacitance  # mV in a ms, from 0 mV
+        pull, total = tissue.cell.kernels.standing_current(tissue.conductances[:, strongest], tissue.constants)
+        total += float(stimulus.conductance.ravel()[strongest])
+        rate = (float(current[strongest]) + pull) / tissue.constants.capacitance  # mV in a ms, from 0 mV
         target = (float(current[strongest]) + pull) / total if total > 0.0 else np.inf
-        if not TABLE_LOW < target < TABLE_HIGH or abs(rate) * model.dt_wall * 1e3 > TABLE_HIGH - TABLE_LOW:
+        if not low < target < high or abs(rate) * model.dt_wall * 1e3 > high - low:
             layer = field.partition(" ")[0]
             names = {
                 "longitudinal": "pacemaker.intensity, or the strength of listed stimuli",
@@ -347,10 +346,10 @@ def _why_out_of_range(model: Model, tissue: _Tissue, stimulus: _Stimulus, field:
                 f"a stimulus of {current[strongest]:.4g} uA/cm^2 drives the cells there, beyond what their channels "
                 f"carry off; lower {names.get(layer, 'pacemaker.cell_coupling')}"
             )
-    for name in ("calcium_reversal", "potassium_reversal", "chloride_reversal"):
-        value = getattr(tissue.constants, name)
-        if not TABLE_LOW < value < TABLE_HIGH:
-            return f"cell.{name} = {value:g} mV pulls it there; bring it into that range"
+    for name, value in tissue.constants._asdict().items():
+        if name.endswith("_reversal") and not low < value < high:
+            section = "cell" if tissue.cell is SHIPPED_CELL else f"tissue.{tissue.cell.name}"
+            return f"{section}.{name} = {value:g} mV pulls it there; bring it into that range"
     return f"the conduction step of {model.dt_cell:g} ms is too large; lower step.conduction"
 
 

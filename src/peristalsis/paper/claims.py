@@ -8,14 +8,9 @@ say nothing, is not testable.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
-
+from .claim import Claim, Part
 from .rules import AllOf, AnyOf, Ends, Exceeds, InTime, Later, Not, Rule, Within
 from .runs import PHASES, PRESSURES, SPECIAL, phase_name
-
-Use = Literal["prediction", "calibrated", "chosen"]
-"""What a claim is worth: a prediction, or one that served to calibrate the wave or to choose a reading or unit."""
 
 ARREST, NEVER = ("arrested",), ("arrested", "in_transit")
 REGULAR = 0.5
@@ -36,30 +31,6 @@ SAME_TIME = 0.05
 """Share by which one transit may exceed another that it makes up for."""
 STATED = 0.1
 """Tolerance on a number that the paper states."""
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """One thing that a claim says, and the rule that decides it."""
-
-    name: str
-    rule: Rule
-
-
-@dataclass(frozen=True, slots=True)
-class Claim:
-    """One claim: its number, what the paper says in our words, where, and its parts."""
-
-    number: int
-    statement: str
-    place: str
-    parts: tuple[Part, ...]
-    use: Use = "prediction"
-    remark: str = ""
-
-    def runs(self) -> tuple[str, ...]:
-        """The runs and studies it needs."""
-        return tuple(dict.fromkeys(run for part in self.parts for run in part.rule.runs()))
 
 
 def _around(value: float) -> tuple[float, float]:

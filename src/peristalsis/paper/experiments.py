@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ..config import Configuration
 from ..errors import ConfigurationError
-from ..studies.sensitivity import shares
-from ..studies.sweep import Record, Step, sweep
-from ..studies.threshold import Threshold, find_threshold
+from ..inputs.config import Configuration
+from ..many.rows import Row, Step
+from ..many.sensitivity import shares
+from ..many.sweep import sweep
+from ..many.threshold import Threshold, find_threshold
 from .measure import measure
 from .rules import UNUSABLE
 from .runs import RUNS, PaperRun
@@ -45,7 +46,7 @@ class Outcome:
     """Everything found under one condition."""
 
     condition: Condition
-    records: Mapping[str, Record]
+    records: Mapping[str, Row]
     thresholds: Mapping[str, Threshold]
     measured: Mapping[str, Mapping[str, Any]]
 
@@ -58,20 +59,20 @@ class Bench:
     workers: int = 1
     progress: Progress | None = None
 
-    def records(self, runs: Iterable[PaperRun], condition: Condition) -> dict[str, Record]:
+    def records(self, runs: Iterable[PaperRun], condition: Condition) -> dict[str, Row]:
         """The records of runs; an experiment that the configuration refuses has a record that says so."""
-        found: dict[str, Record] = {}
+        found: dict[str, Row] = {}
         accepted: dict[str, Configuration] = {}
         for run in runs:
             try:
                 accepted[run.name] = run.configuration(condition.reading, condition.variant)
             except ConfigurationError as error:
-                found[run.name] = Record({"status": "refused", "error": str(error)})
+                found[run.name] = Row({"status": "refused", "error": str(error)})
         return found | sweep(accepted, self.folder, measure, self.workers, self.progress)
 
-    def search(self, search: Search, condition: Condition) -> tuple[Threshold, dict[str, Record]]:
+    def search(self, search: Search, condition: Condition) -> tuple[Threshold, dict[str, Row]]:
         """Carry out one search."""
-        records: dict[str, Record] = {}
+        records: dict[str, Row] = {}
 
         def scan(values: Sequence[float]) -> list[bool | None]:
             runs = {value: search.run(value) for value in values}
@@ -81,14 +82,14 @@ class Bench:
         found = find_threshold(lambda value: scan([value])[0], search.values, search.tolerance, scan)
         return found, records
 
-    def sensitivity(self, study: Sensitivity, condition: Condition) -> tuple[dict[str, Any], dict[str, Record]]:
+    def sensitivity(self, study: Sensitivity, condition: Condition) -> tuple[dict[str, Any], dict[str, Row]]:
         """Carry out one sensitivity; its numbers as metrics."""
         runs = [[study.run(viscous, dry) for dry in study.dry] for viscous in study.viscous]
         records = self.records([run for row in runs for run in row], condition)
         bad = [name for name, record in records.items() if record.status in UNUSABLE]
         if bad:
             return {"status": "failed", "error": f"no velocity at {', '.join(bad[:3])}"}, records
-        table = np.array([[records[run.name].numbers["mean_velocity_cm_s"] for run in row] for row in runs])
+        table = np.array([[records[run.name].summary["mean_velocity_cm_s"] for run in row] for row in runs])
         found = shares(table)
         numbers = {
             "status": "finished",
@@ -103,8 +104,8 @@ class Bench:
         return numbers, records
 
 
-def _answer(search: Search, record: Record) -> bool | None:
-    return None if record.status in UNUSABLE else search.holds(record.numbers)
+def _answer(search: Search, record: Row) -> bool | None:
+    return None if record.status in UNUSABLE else search.holds(record.summary)
 
 
 def carry_out(
@@ -116,7 +117,7 @@ def carry_out(
     """Make the named runs (all unless given) and, if asked, the searches and sensitivities."""
     names = list(RUNS) if runs is None else list(runs)
     records = bench.records([RUNS[name] for name in names], condition)
-    measured: dict[str, Mapping[str, Any]] = {name: records[name].numbers for name in names}
+    measured: dict[str, Mapping[str, Any]] = {name: records[name].summary for name in names}
     thresholds: dict[str, Threshold] = {}
     if searches:
         for search in SEARCHES.values():
@@ -129,7 +130,7 @@ def carry_out(
     return Outcome(condition, records, thresholds, measured)
 
 
-def _threshold_numbers(search: Search, found: Threshold, records: Mapping[str, Record]) -> dict[str, Any]:
+def _threshold_numbers(search: Search, found: Threshold, records: Mapping[str, Row]) -> dict[str, Any]:
     numbers: dict[str, Any] = {
         "status": "finished",
         "threshold": found.value,
@@ -140,10 +141,10 @@ def _threshold_numbers(search: Search, found: Threshold, records: Mapping[str, R
     }
     if search.key == "ratio" and found.value is not None:
         inflated = [
-            (record.numbers["inflated_ratio"] / ratio)
+            (record.summary["inflated_ratio"] / ratio)
             for point in found.points
             for ratio in [point.value]
-            if (record := records[search.run(ratio).name]).numbers.get("inflated_ratio") is not None
+            if (record := records[search.run(ratio).name]).summary.get("inflated_ratio") is not None
         ]
         factor = float(np.median(inflated)) if inflated else math.nan
         numbers["threshold_inflated"] = found.value * factor

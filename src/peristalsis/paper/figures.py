@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..many.rows import Row
 from ..plots import style
-from ..studies.sweep import Record
+from .drawing import COLOURS, canvas, ending, tracks, tracks_figure, usable
 from .experiments import Outcome
 from .flowchart import draw_flowchart
 from .runs import CHANNELS, CURVE, PHASES, phase_name
@@ -18,22 +19,9 @@ from .searches import SEARCHES
 from .tables import channel_run
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
 Floats = NDArray[np.float64]
-
-COLOURS = (
-    style.BLACK,
-    style.ORANGE,
-    style.SKY,
-    style.GREEN,
-    style.VERMILION,
-    style.BLUE,
-    style.PURPLE,
-    style.GREY,
-)
-LINES = ("-", "--", "-.", ":")
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,68 +36,11 @@ class PaperFigure:
     draw: Callable[[Sequence[Outcome]], Canvas]
 
 
-def _canvas(width: float, height: float, title: str) -> Canvas:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), dpi=style.DPI, layout="constrained")
-    figure.suptitle(title, x=0.01, ha="left")
-    return figure
-
-
-def _usable(outcome: Outcome, name: str) -> Record | None:
-    record = outcome.records.get(name)
-    return record if record is not None and "time_step" in record.arrays else None
-
-
-def _ending(record: Record) -> str:
-    transit = record.numbers.get("transit_s")
-    return f"{transit:.2f} s" if transit is not None else record.status.replace("_", " ")
-
-
-def _tracks(axes: Axes, outcome: Outcome, runs: Mapping[str, str]) -> None:
-    """Position of the pellet over time, one line for each run; runs: name to label."""
-    for number, (name, label) in enumerate(runs.items()):
-        record = _usable(outcome, name)
-        if record is None:
-            refused = outcome.records.get(name)
-            axes.plot([], [], " ", label=f"{label}: {refused.status if refused else 'not run'}")
-            continue
-        axes.plot(
-            record.arrays["time_step"],
-            record.arrays["pellet_position"],
-            color=COLOURS[number % len(COLOURS)],
-            linestyle=LINES[number % len(LINES)],
-            label=f"{label}: {_ending(record)}",
-        )
-    axes.set_ylim(0.0, 10.0)
-    axes.set_xlim(left=0.0)
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel("pellet's centre (cm)")
-    axes.set_title(f"reading {outcome.condition.title}")
-    axes.grid(alpha=0.25)
-    axes.legend(fontsize=7.5, loc="best")
-
-
-def _tracks_figure(title: str, runs: Mapping[str, str]) -> Callable[[Sequence[Outcome]], Canvas]:
-    def draw(outcomes: Sequence[Outcome]) -> Canvas:
-        figure = _canvas(max(7.4, 4.6 * len(outcomes)), 4.2, title)
-        for axes, outcome in zip(_row(figure, len(outcomes)), outcomes, strict=True):
-            _tracks(axes, outcome, runs)
-        return figure
-
-    return draw
-
-
-def _row(figure: Canvas, count: int) -> list[Axes]:
-    panels = figure.subplots(1, count, squeeze=False)
-    return list(panels[0])
-
-
 def _sequence(outcomes: Sequence[Outcome]) -> Canvas:
     """Fig. 1: shapes of the wall at six times, stretch and tension along it, contact force over the pellet."""
     outcome = outcomes[0]
-    record = _usable(outcome, "baseline")
-    figure = _canvas(11.4, 7.6, f"Fig. 1: sequence of events, reading {outcome.condition.title}")
+    record = usable(outcome, "baseline")
+    figure = canvas(11.4, 7.6, f"Fig. 1: sequence of events, reading {outcome.condition.title}")
     if record is None:
         return figure
     arrays = record.arrays
@@ -158,7 +89,7 @@ def _sequence(outcomes: Sequence[Outcome]) -> Canvas:
     return figure
 
 
-def _pellet_radius(outcome: Outcome, record: Record) -> float:
+def _pellet_radius(outcome: Outcome, record: Row) -> float:
     from .runs import RUNS
 
     return RUNS["baseline"].configuration(outcome.condition.reading, outcome.condition.variant).pellet.radius
@@ -167,18 +98,18 @@ def _pellet_radius(outcome: Outcome, record: Record) -> float:
 def _channels(outcomes: Sequence[Outcome]) -> Canvas:
     """Fig. 5: three channels, three states each, and below the whole curve."""
     outcome = outcomes[0]
-    figure = _canvas(11.0, 6.6, f"Fig. 5: permeability of the channels, reading {outcome.condition.title}")
+    figure = canvas(11.0, 6.6, f"Fig. 5: permeability of the channels, reading {outcome.condition.title}")
     panels = figure.subplots(2, 3)
     for column, channel in enumerate(CHANNELS):
         runs = {f"fig5_{channel}_{state}": state for state in ("norm", "decreased", "increased")}
-        _tracks(panels[0, column], outcome, runs)
+        tracks(panels[0, column], outcome, runs)
         panels[0, column].set_title(channel.replace("_", " "))
         axes = panels[1, column]
         for index, every in enumerate(outcomes):
             factors, transits = [], []
             for factor in sorted((*CURVE, 1.0)):
                 record = every.records.get(channel_run(channel, factor))
-                transit = record.numbers.get("transit_s") if record is not None else None
+                transit = record.summary.get("transit_s") if record is not None else None
                 factors.append(factor)
                 transits.append(np.nan if transit is None else transit)
             axes.plot(factors, transits, "o-", color=COLOURS[index], label=every.condition.title, markersize=4)
@@ -194,15 +125,15 @@ def _abstract(outcomes: Sequence[Outcome]) -> Canvas:
     """Pendular movements, segmentation and peristalsis side by side: diameter and stretch maps, track."""
     outcome = outcomes[0]
     title = f"Pendular movements, segmentation, peristalsis: reading {outcome.condition.title}"
-    figure = _canvas(11.0, 7.6, title)
+    figure = canvas(11.0, 7.6, title)
     panels = figure.subplots(3, 3)
     for column, name in enumerate(("pendular", "segmentation", "baseline")):
-        record = _usable(outcome, name)
+        record = usable(outcome, name)
         if record is None:
             continue
         arrays = record.arrays
         axis = np.linspace(0.0, float(arrays["z"][-1]), 240)
-        heading = f"{'peristalsis' if name == 'baseline' else name}: {_ending(record)}"
+        heading = f"{'peristalsis' if name == 'baseline' else name}: {ending(record)}"
         diameter = _in_space(arrays, 2.0 * arrays["radius"], axis)
         maps = (
             (diameter, "viridis", (0.4, 2.0), "diameter (cm)"),
@@ -233,8 +164,8 @@ def _abstract(outcomes: Sequence[Outcome]) -> Canvas:
     return figure
 
 
-def _text(record: Record, name: str) -> str:
-    value = record.numbers.get(name)
+def _text(record: Row, name: str) -> str:
+    value = record.summary.get(name)
     return "–" if value is None else f"{value:.3g}"
 
 
@@ -246,11 +177,11 @@ def _in_space(arrays: Mapping[str, NDArray[Any]], field: NDArray[Any], axis: Flo
 
 def _phases(outcomes: Sequence[Outcome]) -> Canvas:
     """Transit and mixing against the delay of the circular layer."""
-    figure = _canvas(7.4, 5.6, "Transit and mixing against the phase between the layers (receptors off)")
+    figure = canvas(7.4, 5.6, "Transit and mixing against the phase between the layers (receptors off)")
     above, below = figure.subplots(2, 1, sharex=True)
     for index, outcome in enumerate(outcomes):
         rows = [(delay, outcome.records.get(phase_name(delay))) for delay in PHASES]
-        found = [(delay, record.numbers) for delay, record in rows if record is not None]
+        found = [(delay, record.summary) for delay, record in rows if record is not None]
         delays = [delay for delay, _ in found]
         for axes, key in ((above, "transit_s"), (below, "mixing")):
             values = [np.nan if numbers.get(key) is None else numbers[key] for _, numbers in found]
@@ -267,7 +198,7 @@ def _phases(outcomes: Sequence[Outcome]) -> Canvas:
 
 def _thresholds(outcomes: Sequence[Outcome]) -> Canvas:
     """Mean velocity over each searched parameter, with the bracket."""
-    figure = _canvas(11.0, 6.8, "Thresholds: mean velocity over the parameter; shaded: the bracket")
+    figure = canvas(11.0, 6.8, "Thresholds: mean velocity over the parameter; shaded: the bracket")
     panels = list(figure.subplots(2, 2).ravel())
     for axes, (name, search) in zip(panels, SEARCHES.items(), strict=True):
         for index, outcome in enumerate(outcomes):
@@ -277,7 +208,7 @@ def _thresholds(outcomes: Sequence[Outcome]) -> Canvas:
             speeds = []
             for point in found.points:
                 record = outcome.records.get(search.run(point.value).name)
-                speed = record.numbers.get("mean_velocity_cm_s") if record is not None else None
+                speed = record.summary.get("mean_velocity_cm_s") if record is not None else None
                 speeds.append(np.nan if speed is None else speed)
             values = [point.value for point in found.points]
             axes.plot(values, speeds, "o-", color=COLOURS[index], label=outcome.condition.title, markersize=4)
@@ -296,10 +227,10 @@ def _thresholds(outcomes: Sequence[Outcome]) -> Canvas:
 
 def _circular_force(outcomes: Sequence[Outcome]) -> Canvas:
     """Active circular force of the wall over the pellet's place."""
-    figure = _canvas(7.4, 4.0, "Active force of the circular layer while the pellet is propelled (baseline)")
+    figure = canvas(7.4, 4.0, "Active force of the circular layer while the pellet is propelled (baseline)")
     axes = figure.subplots()
     for index, outcome in enumerate(outcomes):
-        record = _usable(outcome, "baseline")
+        record = usable(outcome, "baseline")
         if record is None:
             continue
         force = 1e-3 * record.arrays["circular_force"]
@@ -343,7 +274,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         "Flow of the program",
         "The subroutines the paper names, left, and the parts of this program that do their work, right.",
         (),
-        lambda outcomes: draw_flowchart(_canvas(9.6, 7.2, "Fig. 2: the paper's program and this one")),
+        lambda outcomes: draw_flowchart(canvas(9.6, 7.2, "Fig. 2: the paper's program and this one")),
     ),
     PaperFigure(
         "fig3",
@@ -351,7 +282,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         "Friction",
         "Position of the pellet's centre for the paper's seven pairs of viscous (mN s/cm) and dry friction (mN).",
         tuple(_FIG3),
-        _tracks_figure("Fig. 3: viscous friction (mN s/cm) / dry friction (mN)", _FIG3),
+        tracks_figure("Fig. 3: viscous friction (mN s/cm) / dry friction (mN)", _FIG3),
     ),
     PaperFigure(
         "fig4",
@@ -359,7 +290,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         "Lumen pressure",
         "Position of the pellet's centre at four lumen pressures.",
         tuple(_FIG4),
-        _tracks_figure("Fig. 4: lumen pressure", _FIG4),
+        tracks_figure("Fig. 4: lumen pressure", _FIG4),
     ),
     PaperFigure(
         "fig5",
@@ -376,7 +307,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         "Stimulation",
         "Position of the pellet's centre with and without pacemaker, and with neither pacemaker nor receptors.",
         tuple(_FIG6),
-        _tracks_figure("Fig. 6: stimulation and viscous friction (mN s/cm)", _FIG6),
+        tracks_figure("Fig. 6: stimulation and viscous friction (mN s/cm)", _FIG6),
     ),
     PaperFigure(
         "fig7",
@@ -384,7 +315,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         "Radius of the tube",
         "Position of the pellet's centre in tubes of three radii; the pellet is that of the reading.",
         tuple(_FIG7),
-        _tracks_figure("Fig. 7: radius of the tube", _FIG7),
+        tracks_figure("Fig. 7: radius of the tube", _FIG7),
     ),
     PaperFigure(
         "abstract",

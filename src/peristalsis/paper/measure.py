@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..result import json_ready
-from ..studies import quantities
-from ..studies.sweep import SOURCES
+from ..many.rows import CODE
+from ..results import quantities
+from ..results.result import json_ready
 from . import metrics
 
 if TYPE_CHECKING:
-    from ..result import Result
-    from ..simulation import Simulation
+    from ..results.result import Result
+    from ..running.simulation import Simulation
 
 Floats = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def measure(simulation: Simulation, result: Result) -> tuple[dict[str, Any], dic
         "wave_speed_cm_s": result.summary["wave_speed_cm_s"],
         "remarks": list(result.remarks),
         "solver_wall_s": result.summary["solver_wall_s"],
-        "sources": SOURCES,
+        "sources": CODE,
         "pulses": int(np.sum(arrays["event_kind"] == "pacemaker")),
         "discharges": int(np.sum(arrays["event_kind"] == "receptors")),
         "end_displacement_cm": end_displacement(arrays["axial_position"], arrays["radius"]),

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from .. import scenarios, units
-from ..config import FIELDS, Configuration
+from ..inputs.config import FIELDS, Configuration
 
 ETA, DRY = "pellet.viscous_friction", "pellet.dry_friction"
 CHANNELS = ("slow_calcium", "fast_calcium", "calcium_potassium")

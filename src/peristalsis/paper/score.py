@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .claims import CLAIMS, Claim
+from .claim import Claim
+from .claims import CLAIMS
 from .rules import Finding, Measured
 
 HOLDS, IN_PART, FAILS, UNTESTABLE = "holds", "holds in part", "does not hold", "not testable"

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..parameters import READINGS, shipped
+from ..inputs.parameters import READINGS, shipped
 from ..units import format_quantity
 from .claims import NOT_TESTABLE
 from .experiments import Outcome
@@ -126,7 +126,7 @@ def velocities(outcomes: Sequence[Outcome]) -> Table:
         for name in RUNS:
             if name not in outcome.records:
                 continue
-            numbers = outcome.records[name].numbers
+            numbers = outcome.records[name].summary
             rows.append(
                 (
                     outcome.condition.title,
@@ -193,9 +193,9 @@ def thresholds(outcomes: Sequence[Outcome]) -> Table:
                 words = {arrives: "arrives", not arrives: "does not arrive"}
             regions = "; ".join(f"{low:g} to {high:g}: {words[holds]}" for low, high, holds in found.regions())
             times = [
-                float(record.numbers["simulated_s"])
+                float(record.summary["simulated_s"])
                 for run, record in outcome.records.items()
-                if run.startswith(f"{name}=") and "simulated_s" in record.numbers and not record.numbers["transit_s"]
+                if run.startswith(f"{name}=") and "simulated_s" in record.summary and not record.summary["transit_s"]
             ]
             longest = f"{max(times):g} s" if times else "all arrive"
             rows.append(
@@ -247,11 +247,11 @@ def curves(outcomes: Sequence[Outcome]) -> Table:
             for factor in sorted((*CURVE, 1.0)):
                 record = outcome.records.get(channel_run(channel, factor))
                 if record is not None:
-                    rows.append(_curve_row(outcome, f"{channel} x", factor, record.numbers))
+                    rows.append(_curve_row(outcome, f"{channel} x", factor, record.summary))
         for delay in PHASES:
             record = outcome.records.get(phase_name(delay))
             if record is not None:
-                rows.append(_curve_row(outcome, "circular after longitudinal (s)", delay, record.numbers))
+                rows.append(_curve_row(outcome, "circular after longitudinal (s)", delay, record.summary))
     columns = ("reading", "parameter", "value", "end", "transit (s)", "travel (cm)", "irregularity", "mixing")
     return Table("curves", "Curves of Fig. 5 and of the phase between the layers", "", columns, tuple(rows))
 

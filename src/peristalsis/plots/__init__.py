@@ -19,7 +19,7 @@ from .registry import figures
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-    from ..result import Result
+    from ..results.result import Result
 
 FORMATS = ("png", "svg", "pdf")
 

@@ -17,7 +17,7 @@ from ..errors import ConfigurationError
 from ..names import FIELDS, OUTPUTS
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 Floats = NDArray[np.float64]
 

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import ConfigurationError, WriteError, shown, suggestion
+from ..inputs.recording import ALL
 from ..names import EVENTS, FIELDS, OUTPUTS, PROBES, SCALARS
 from ..paths import located
-from ..recording import ALL
 from ..units import QuantityError, read
 from . import data, surface, vtk_files
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 SI = ("m", "s", "V", "Pa", "N", "N/m", "J", "m/s", "S/m^2")
 """What the units ("SI",) are."""

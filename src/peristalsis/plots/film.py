@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
-    from ..result import Result
+    from ..results.result import Result
 
 FILM_DPI = 96
 AXES_WIDTH = 5.7

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from PIL import Image
 
-    from ..result import Result
+    from ..results.result import Result
 
 PICTURES, FILMS = (".png",), (".gif", ".mp4")
 SIZE = (1280, 560)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-    from ..result import Result
+    from ..results.result import Result
 
 WIDTH = 7.4
 """Width of every figure [inch]; with DPI, 1184 pixels."""

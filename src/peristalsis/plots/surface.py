@@ -16,7 +16,7 @@ from ..names import FIELDS
 from . import data
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

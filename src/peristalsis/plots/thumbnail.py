@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from . import data
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 
 def thumbnail(result: Result) -> str:

@@ -15,7 +15,7 @@ from ..names import OUTPUTS
 from . import data
 
 if TYPE_CHECKING:
-    from ..result import Result
+    from ..results.result import Result
 
 Floats = NDArray[np.float64]
 

@@ -15,9 +15,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from peristalsis.config import Configuration, read_toml
 from peristalsis.errors import ConfigurationError, ScenarioNotFound, shown, suggestion
-from peristalsis.parameters import READINGS
+from peristalsis.inputs.config import Configuration, read_toml
+from peristalsis.inputs.parameters import READINGS
 
 BASELINE = "baseline"
 

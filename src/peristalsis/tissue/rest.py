@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,21 +9,9 @@ from ..numerics.compiled import compiled
 from ..numerics.roots import find_root
 from .cells import plant
 from .cells.plant import CellConstants
+from .steady import NoRestError, RestState
 
 Floats = NDArray[np.float64]
-
-
-class NoRestError(ValueError):
-    """Why a cell has no steady state in the range of its tables, and what to change."""
-
-
-@dataclass(frozen=True)
-class RestState:
-    """A steady state of the cell: potential [mV], gates h, n, x, c, and whether the cell stays there."""
-
-    potential: float
-    gates: tuple[float, float, float, float]
-    stable: bool
 
 
 @compiled
@@ -87,7 +73,7 @@ def rest_state(conductances: Floats, constants: CellConstants, table: Floats, ex
 
     Only where calcium is positive: below `calcium_entry_potential`.
 
-    conductances: the five maximal conductances [mS/cm^2], shape (5,), order of `plant.CONDUCTANCES`. The root is
+    conductances: the five maximal conductances [mS/cm^2], shape (5,), order of `plant.CHANNELS`. The root is
     found with the coefficients that the sheet uses (table or exact), so that the sheet starts without a twitch.
     Raises NoRestError when there is no steady state in the range.
     """
@@ -118,9 +104,6 @@ _SCAN = np.concatenate(
 )
 """Potentials at which the sign of the steady current is looked at [mV], within the tables."""
 
-_REVERSALS = ("calcium_reversal", "calcium_reversal", "potassium_reversal", "potassium_reversal", "chloride_reversal")
-"""What the channels of `plant.CONDUCTANCES` pull towards."""
-
 
 def _why_none(conductances: Floats, units: Floats, constants: CellConstants) -> str:
     """Cause and cure where the steady current never changes its sign. units: currents of unit conductances."""
@@ -131,15 +114,15 @@ def _why_none(conductances: Floats, units: Floats, constants: CellConstants) -> 
             "which its calcium is positive; raise it"
         )
     if not conductances.any():
-        return f"all its conductances ({', '.join(plant.CONDUCTANCES)}) are 0, so nothing sets a potential; open one"
+        return f"all its conductances ({', '.join(plant.CHANNELS)}) are 0, so nothing sets a potential; open one"
     currents = conductances[:, None] * units[:, allowed]
     outward = bool(currents.sum(axis=0)[0] > 0.0)
     shares = currents[:, 0 if outward else -1] * (1.0 if outward else -1.0)
     strongest = int(np.argmax(shares))
-    reversal = _REVERSALS[strongest]
+    reversal = plant.REVERSALS[strongest]
     return (
         f"at every potential from {_SCAN[0]:.0f} to {_SCAN[allowed][-1]:.0f} mV the current flows "
-        f"{'outward' if outward else 'inward'}, most of it through {plant.CONDUCTANCES[strongest]} = "
+        f"{'outward' if outward else 'inward'}, most of it through {plant.CHANNELS[strongest]} = "
         f"{conductances[strongest]:g} mS/cm^2 towards cell.{reversal} = {getattr(constants, reversal):g} mV; bring "
         "that reversal potential into the range, or lower that conductance"
     )

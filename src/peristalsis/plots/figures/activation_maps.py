@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-    from ...result import Result
+    from ...results.result import Result
 
 LAYERS = ("longitudinal", "circular")
 ARROWS = (14, 6)

@@ -10,7 +10,7 @@ from ..figure import Figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-    from ...result import Result
+    from ...results.result import Result
 
 TERMS = (
     ("work_active", "done by the muscle", style.BLUE, "-"),

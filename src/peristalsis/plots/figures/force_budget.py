@@ -13,7 +13,7 @@ from ..figure import Figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-    from ...result import Result
+    from ...results.result import Result
 
 AXIAL = (
     ("axial_force", "wall (contact)", style.BLUE),

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-    from ...result import Result
+    from ...results.result import Result
 
 PARTS = (
     ("active_tension", "active", style.VERMILION, "-"),

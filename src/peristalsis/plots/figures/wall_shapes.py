@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure as Canvas
 
-    from ...result import Result
+    from ...results.result import Result
 
 PRESSURE_HEIGHT = 4.0
 """Height of the band that shows the largest contact pressure of the run [mm]."""

@@ -11,7 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...declared import number
 from ...numerics.compiled import compiled
+
+KIND = "cell"
+NAME = "fitzhugh_nagumo"
+TITLE = "oscillator of FitzHugh and Nagumo (1961), for teaching"
 
 STATES = (("w", -10.0, 10.0),)
 GATES = 0
@@ -21,20 +26,38 @@ LOWEST, HIGHEST = -200.0, 150.0
 
 
 class CellConstants(NamedTuple):
-    """Middle and scale of the potential [mV], a, b, rate of recovery [1/ms]; the last two are those of the tissue."""
+    """Middle and scale of the potential [mV], a, b, rate of recovery [1/ms], capacitance, rate factor."""
 
     middle: float
     scale: float
     a: float
     b: float
     recovery_rate: float
+    inhibition_reversal: float
     capacitance: float
     kinetics_rate: float
 
 
-SHIPPED = CellConstants(-25.0, 32.0, 0.7, 0.8, 0.08, 1.0, 1.0)
-CONDUCTANCES = (1.0,)
-"""a, b and the rate are FitzHugh's; middle and scale put rest near -63 mV and the peak near 30 mV."""
+PARAMETERS = (
+    number("middle", -25.0, "mV", "potential at u = 0, chosen so that the cell rests near -63 mV",
+           lowest=-100.0, highest=100.0),
+    number("scale", 32.0, "mV", "potential by which u rises by 1, chosen so that the peak is near 30 mV",
+           lowest=1.0, highest=100.0),
+    number("a", 0.7, "1", "offset of the recovery", tag="sourced",
+           source="R. FitzHugh, Biophys. J. 1 (1961) 447", lowest=-10.0, highest=10.0),
+    number("b", 0.8, "1", "weight of the recovery variable in its own rate", tag="sourced",
+           source="R. FitzHugh, Biophys. J. 1 (1961) 447", lowest=0.0, highest=10.0),
+    number("recovery_rate", 0.08, "1/ms", "rate of the recovery, FitzHugh's phi (1/c^2) for a unit of time of 1 ms",
+           lowest=1e-6, highest=10.0),
+    number("inhibition_reversal", -70.0, "mV", "potential towards which inhibiting nerves pull the cell",
+           lowest=-200.0, highest=100.0),
+    number("capacitance", 1.0, "uF/cm^2", "capacitance of the membrane", lowest=1e-3, highest=1e3),
+    number("kinetics_rate", 1.0, "1", "factor on every rate of the cell", lowest=1e-3, highest=1e3),
+)  # fmt: skip
+CONDUCTANCES = (
+    number("excitability", 1.0, "mS/cm^2", "strength of the current", lowest=0.0, highest=100.0),
+)  # fmt: skip
+INHIBITION = "inhibition_reversal"
 
 
 @compiled

@@ -20,6 +20,7 @@ from .hodgkin_huxley import CellConstants
 
 Floats = NDArray[np.float64]
 
+STATES, CHANNELS, INHIBITION = cell.STATES, cell.CHANNELS, cell.INHIBITION
 N_STATES, N_GATES, N_CHANNELS = len(cell.STATES), cell.GATES, len(cell.CHANNELS)
 N_OTHERS = N_STATES - N_GATES
 INSTANT = max(cell.INSTANT, 1)
@@ -225,3 +226,64 @@ def with_current(
     """A change over a step [mV] and that by the held current at potential v: rate - dt I/C; see `hold`."""
     ionic = cell.current(v, held[:N_STATES], held[N_STATES:CURRENT], instant, node, constants)
     return rate - held[CURRENT, node] * ionic - held[SHUNT, node] * v + held[STIMULUS, node]
+
+
+def leakiness(conductances: Floats, constants: CellConstants) -> float:
+    """Largest slope of the current by the potential [mS/cm^2], states at either bound; conductances: (channels, n)."""
+    return _steepest(conductances.max(axis=1).tobytes(), constants)
+
+
+@lru_cache(maxsize=64)
+def _steepest(largest: bytes, constants: CellConstants) -> float:
+    channels = np.frombuffer(largest).reshape(-1, 1).copy()
+    v = np.arange(cell.LOWEST + 1.0, cell.HIGHEST - 1.0, 0.5)
+    found = np.empty(v.size)
+    steepest = 0.0
+    for end in (1, 2):
+        states = np.array([state[end] for state in cell.STATES], dtype=np.float64).reshape(-1, 1)
+        _currents_along(v, states, channels, constants, found)
+        slopes = np.diff(found) / np.diff(v)
+        steepest = max(steepest, float(slopes[np.isfinite(slopes)].max(initial=0.0)))
+    return steepest
+
+
+@compiled
+def _currents_along(
+    v: np.ndarray, states: np.ndarray, channels: np.ndarray, constants: CellConstants, out: np.ndarray
+) -> None:
+    """Ionic current [uA/cm^2] at potentials v with the same states, (N_STATES, 1)."""
+    instants = np.empty((INSTANT, 1))
+    for k in range(v.size):
+        cell.instant(v[k], constants, instants[:, 0])
+        out[k] = cell.current(v[k], states, channels, instants, 0, constants)
+
+
+def standing_current(conductances: Floats, constants: CellConstants) -> tuple[float, float]:
+    """Nothing is known of the current with every channel open but its steepest slope; see `plant.standing_current`."""
+    return 0.0, constants.kinetics_rate * leakiness(conductances.reshape(-1, 1), constants)
+
+
+def currents(v: Floats, states: Floats, conductances: Floats, constants: CellConstants) -> dict[str, Floats]:
+    """The current [uA/cm^2] that ceases with each channel, by its name, and what is left without any as "other".
+
+    v: (n,), states: (states, n), conductances: (channels, n) [mS/cm^2].
+    """
+    found = np.empty((N_CHANNELS + 1, v.size))
+    _currents_by_channel(v, np.ascontiguousarray(states), np.ascontiguousarray(conductances), constants, found)
+    shares = dict(zip(CHANNELS, found, strict=False))
+    return shares if not found[-1].any() else shares | {"other": found[-1]}
+
+
+@compiled
+def _currents_by_channel(
+    v: np.ndarray, states: np.ndarray, channels: np.ndarray, constants: CellConstants, out: np.ndarray
+) -> None:
+    instants = np.empty((INSTANT, v.size))
+    alone = np.zeros((N_CHANNELS, v.size))
+    for k in range(v.size):
+        cell.instant(v[k], constants, instants[:, k])
+        out[N_CHANNELS, k] = cell.current(v[k], states, alone, instants, k, constants)
+        for c in range(N_CHANNELS):
+            alone[c, k] = channels[c, k]
+            out[c, k] = cell.current(v[k], states, alone, instants, k, constants) - out[N_CHANNELS, k]
+            alone[c, k] = 0.0

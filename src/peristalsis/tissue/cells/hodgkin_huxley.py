@@ -14,7 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...declared import number
 from ...numerics.compiled import compiled
+
+KIND = "cell"
+NAME = "hodgkin_huxley"
+TITLE = "squid axon of Hodgkin and Huxley (1952)"
 
 STATES = (("m", 0.0, 1.0), ("h", 0.0, 1.0), ("n", 0.0, 1.0))
 """Name and bounds of every state besides the potential: first the gates, whose rates depend on the potential alone."""
@@ -29,7 +34,7 @@ LOWEST, HIGHEST = -150.0, 150.0
 
 
 class CellConstants(NamedTuple):
-    """Reversal potentials [mV]; capacitance [uF/cm^2] and rate factor are those of the tissue."""
+    """Reversal potentials [mV], capacitance [uF/cm^2], rate factor."""
 
     sodium_reversal: float
     potassium_reversal: float
@@ -38,9 +43,29 @@ class CellConstants(NamedTuple):
     kinetics_rate: float
 
 
-SHIPPED = CellConstants(50.0, -77.0, -54.387, 1.0, 1.0)
-CONDUCTANCES = (120.0, 36.0, 0.3)
-"""Constants and conductances [mS/cm^2] of the source."""
+PARAMETERS = (
+    number("sodium_reversal", 50.0, "mV", "reversal potential of sodium", tag="sourced",
+           source="J. Physiol. 117 (1952) 520", lowest=-200.0, highest=200.0),
+    number("potassium_reversal", -77.0, "mV", "reversal potential of potassium", tag="sourced",
+           source="J. Physiol. 117 (1952) 520", lowest=-200.0, highest=200.0),
+    number("leak_reversal", -54.387, "mV", "reversal potential of the leak", tag="sourced",
+           source="J. Physiol. 117 (1952) 520", lowest=-200.0, highest=200.0),
+    number("capacitance", 1.0, "uF/cm^2", "capacitance of the membrane", tag="sourced",
+           source="J. Physiol. 117 (1952) 520", lowest=1e-3, highest=1e3),
+    number("kinetics_rate", 1.0, "1", "factor on every rate of the cell", lowest=1e-3, highest=1e3),
+)  # fmt: skip
+"""What the constants are unless they are set; in the order of `CellConstants`."""
+CONDUCTANCES = (
+    number("sodium", 120.0, "mS/cm^2", "conductance of the sodium channel", tag="sourced",
+           source="J. Physiol. 117 (1952) 520", lowest=0.0, highest=1e4),
+    number("potassium", 36.0, "mS/cm^2", "conductance of the potassium channel", tag="sourced",
+           source="J. Physiol. 117 (1952) 520", lowest=0.0, highest=1e4),
+    number("leak", 0.3, "mS/cm^2", "conductance of the leak", tag="sourced",
+           source="J. Physiol. 117 (1952) 520", lowest=0.0, highest=1e4),
+)  # fmt: skip
+"""Conductances of CHANNELS, in their order."""
+INHIBITION = "potassium_reversal"
+"""The constant towards which inhibiting nerves pull the potential."""
 
 
 @compiled

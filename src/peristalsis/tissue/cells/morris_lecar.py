@@ -11,7 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...declared import number
 from ...numerics.compiled import compiled
+
+KIND = "cell"
+NAME = "morris_lecar"
+TITLE = "barnacle muscle fibre of Morris and Lecar (1981), for teaching"
 
 STATES = (("w", 0.0, 1.0),)
 GATES = 1
@@ -21,7 +26,7 @@ LOWEST, HIGHEST = -150.0, 150.0
 
 
 class CellConstants(NamedTuple):
-    """Reversal and half-activation potentials, slopes [mV], rate of w [1/ms]; the last two are those of the tissue."""
+    """Reversal and half-activation potentials, slopes [mV], rate of w [1/ms], capacitance, rate factor."""
 
     calcium_reversal: float
     potassium_reversal: float
@@ -35,9 +40,36 @@ class CellConstants(NamedTuple):
     kinetics_rate: float
 
 
-SHIPPED = CellConstants(120.0, -84.0, -60.0, -1.2, 18.0, 2.0, 30.0, 0.04, 20.0, 1.0)
-CONDUCTANCES = (4.4, 8.0, 2.0)
-"""Constants and conductances [mS/cm^2] of the source."""
+PARAMETERS = (
+    number("calcium_reversal", 120.0, "mV", "reversal potential of calcium", tag="sourced",
+           source="Rinzel and Ermentrout 1998, table 7.1", lowest=-300.0, highest=300.0),
+    number("potassium_reversal", -84.0, "mV", "reversal potential of potassium", tag="sourced",
+           source="Rinzel and Ermentrout 1998, table 7.1", lowest=-300.0, highest=300.0),
+    number("leak_reversal", -60.0, "mV", "reversal potential of the leak", tag="sourced",
+           source="Rinzel and Ermentrout 1998, table 7.1", lowest=-300.0, highest=300.0),
+    number("calcium_half", -1.2, "mV", "potential at which half of the calcium channels are open", tag="sourced",
+           source="Rinzel and Ermentrout 1998, table 7.1", lowest=-200.0, highest=200.0),
+    number("calcium_slope", 18.0, "mV", "width of the opening of calcium channels", tag="sourced",
+           source="Rinzel and Ermentrout 1998, table 7.1", lowest=0.1, highest=200.0),
+    number("potassium_half", 2.0, "mV", "potential at which half of the potassium channels are open", tag="sourced",
+           source="Rinzel and Ermentrout 1998, table 7.1", lowest=-200.0, highest=200.0),
+    number("potassium_slope", 30.0, "mV", "width of the opening of potassium channels", tag="sourced",
+           source="Rinzel and Ermentrout 1998, table 7.1", lowest=0.1, highest=200.0),
+    number("potassium_rate", 0.04, "1/ms", "least rate of the potassium channels", tag="sourced",
+           source="Rinzel and Ermentrout 1998, table 7.1", lowest=1e-6, highest=100.0),
+    number("capacitance", 20.0, "uF/cm^2", "capacitance of the membrane", tag="sourced",
+           source="Rinzel and Ermentrout 1998, table 7.1", lowest=1e-3, highest=1e3),
+    number("kinetics_rate", 1.0, "1", "factor on every rate of the cell", lowest=1e-3, highest=1e3),
+)  # fmt: skip
+CONDUCTANCES = (
+    number("calcium", 4.4, "mS/cm^2", "conductance of the calcium channel", tag="sourced",
+           source="Rinzel and Ermentrout 1998, table 7.1", lowest=0.0, highest=1e4),
+    number("potassium", 8.0, "mS/cm^2", "conductance of the potassium channel", tag="sourced",
+           source="Rinzel and Ermentrout 1998, table 7.1", lowest=0.0, highest=1e4),
+    number("leak", 2.0, "mS/cm^2", "conductance of the leak", tag="sourced",
+           source="Rinzel and Ermentrout 1998, table 7.1", lowest=0.0, highest=1e4),
+)  # fmt: skip
+INHIBITION = "potassium_reversal"
 
 
 @compiled

@@ -17,8 +17,17 @@ from ...numerics.compiled import INDEX, compiled, inlined
 
 Floats = NDArray[np.float64]
 
-GATES = ("h", "n", "x", "c")
-CONDUCTANCES = ("fast_calcium", "slow_calcium", "potassium", "calcium_potassium", "leak")
+KIND = "cell"
+NAME = "plant"
+TITLE = "bursting cell of Plant (1981), the cell of the paper"
+STATES = (("h", 0.0, 1.0), ("n", 0.0, 1.0), ("x", 0.0, 1.0), ("c", 0.0, 1e3))
+"""Name and bounds of every state besides the potential; c is calcium."""
+CHANNELS = ("fast_calcium", "slow_calcium", "potassium", "calcium_potassium", "leak")
+"""Conductances in the order of their rows."""
+INHIBITION = "potassium_reversal"
+"""The constant towards which inhibiting nerves pull the potential."""
+REVERSALS = ("calcium_reversal", "calcium_reversal", "potassium_reversal", "potassium_reversal", "chloride_reversal")
+"""What the channels pull towards."""
 FAST, SLOW, POTASSIUM, CALCIUM_POTASSIUM, LEAK = range(5)
 H, N, X, C = range(4)
 HELD, INSTANT = 3, 1
@@ -302,6 +311,21 @@ def with_current(
     return (
         rate - held[0, node] * instant[0, node] * (v - constants.calcium_reversal) - held[1, node] * v + held[2, node]
     )
+
+
+def leakiness(conductances: Floats, constants: CellConstants) -> float:
+    """Largest sum of the conductances of a cell [mS/cm^2]; conductances: (5, n)."""
+    return float(conductances.sum(axis=0).max())
+
+
+def standing_current(conductances: Floats, constants: CellConstants) -> tuple[float, float]:
+    """Current at 0 mV [uA/cm^2] and conductance [mS/cm^2] of a cell with every channel open but the fast one.
+
+    The fast channel inactivates, and channels that are closed hold a cell back even less. conductances: (5,).
+    """
+    g = constants.kinetics_rate * conductances
+    g[FAST] = 0.0
+    return float(g @ np.array([getattr(constants, name) for name in REVERSALS])), float(g.sum())
 
 
 def currents(v: Floats, gates: Floats, conductances: Floats, constants: CellConstants) -> dict[str, Floats]:

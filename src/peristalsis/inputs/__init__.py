@@ -1,0 +1,1 @@
+"""From words to a model: the configuration, what it refuses, and what is built of it."""

@@ -1,0 +1,137 @@
+"""Parts chosen in a configuration, and their numbers: `wall.law = "neo_hookean"`, `wall.neo_hookean.stiffness = ...`.
+
+A cell may be chosen for both layers (`tissue.cell`) or for one (`longitudinal.cell`, `circular.cell`); so may its
+numbers: `tissue.morris_lecar.calcium` is that of both layers, `circular.morris_lecar.calcium` that of one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from .. import units
+from ..declared import Declared
+from ..errors import ConfigurationError, UnknownKeyError, shown, suggestion
+from .parts import SHIPPED, Part, find, parts
+
+LAYERS = ("longitudinal", "circular")
+SLOTS: Mapping[str, str] = {
+    "tissue.cell": "cell",
+    "longitudinal.cell": "cell",
+    "circular.cell": "cell",
+    "wall.law": "law",
+    "pellet.shape": "shape",
+}
+"""Parameter that chooses a part to the kind of it."""
+SECTIONS: Mapping[str, str] = {key.partition(".")[0]: kind for key, kind in SLOTS.items()}
+"""Section to the kind of part whose numbers stand below it."""
+COMMON = "tissue"
+"""What `longitudinal.cell` and `circular.cell` say to have the cell of the tissue."""
+
+
+def declared(key: object) -> Declared | None:
+    """The number of a known part that a key such as "wall.neo_hookean.stiffness" stands for, or None."""
+    words = key.split(".") if isinstance(key, str) else []
+    if len(words) != 3 or words[0] not in SECTIONS:
+        return None
+    part = parts(SECTIONS[words[0]]).get(words[1])
+    return next((one for one in part.numbers if one.name == words[2]), None) if part else None
+
+
+def is_of_part(key: str) -> bool:
+    """Whether a known key is that of a number of a part."""
+    return key.count(".") == 2
+
+
+def has_effect(key: str, slots: Mapping[str, Part]) -> bool:
+    """Whether a known key is one of a chosen part, or of no part."""
+    return not is_of_part(key) or key in dict(_used(slots))
+
+
+def is_channel(key: str) -> bool:
+    """Whether a key stands for the conductance of a channel of a known cell."""
+    words = key.split(".")
+    part = parts("cell").get(words[1]) if len(words) == 3 and SECTIONS.get(words[0]) == "cell" else None
+    return part is not None and words[2] in [one.name for one in part.channels]
+
+
+def refuse_unknown(key: str) -> None:
+    """Say what is wrong with a key of three names that `declared` does not know."""
+    section, name, number = key.split(".")
+    kind = SECTIONS[section]
+    part = parts(kind).get(name)
+    if part is None:
+        raise UnknownKeyError(f"{shown(key)}: {shown(name)} is no {kind}; {suggestion(name, parts(kind))}")
+    names = [one.name for one in part.numbers]
+    fix = suggestion(number, names) if names else f"those of {name} stand in its sections (peristalsis list)"
+    raise UnknownKeyError(f"{shown(key)} is not a parameter of the {kind} {name}; {fix}")
+
+
+def chosen(values: Mapping[str, Any]) -> dict[str, Part]:
+    """The part in every slot. values: dotted keys of a configuration, at least those of SLOTS."""
+    found = {}
+    for key, kind in SLOTS.items():
+        name = values[key]
+        if not isinstance(name, str):
+            raise ConfigurationError(f"{key} = {shown(name)}: not the name of a {kind}; {suggestion('', parts(kind))}")
+        if key in ("longitudinal.cell", "circular.cell") and name == COMMON:
+            name = values["tissue.cell"]
+        try:
+            found[key] = find(kind, name)
+        except ConfigurationError as error:
+            raise ConfigurationError(f"{key} = {error}") from None
+    return found
+
+
+def complete(given: Mapping[str, Any], slots: Mapping[str, Part]) -> tuple[tuple[str, float], ...]:
+    """Numbers of the chosen parts by key, as given or as declared; of one layer alone only where they are given.
+
+    given: dotted keys of three names to what stands in a file. Raises ConfigurationError for one that is not used or is
+    out of its bounds.
+    """
+    used = dict(_used(slots))
+    for key in given:
+        if key not in used:
+            section, name, _ = key.split(".")
+            slot = f"{section}.{SECTIONS[section]}"
+            raise ConfigurationError(
+                f"{key} is set, and {slot} = {slots[slot].name}: it would have no effect; set {slot} = {name}, or "
+                f"leave {key} out"
+            )
+    found = []
+    for key, one in used.items():
+        if key in given:
+            found.append((key, _number(key, given[key], one)))
+        elif key.partition(".")[0] not in LAYERS:
+            found.append((key, float(one.value)))
+    return tuple(found)
+
+
+def _used(slots: Mapping[str, Part]) -> Iterator[tuple[str, Declared]]:
+    """Every key that has a meaning with these parts."""
+    for part in {slots[f"{layer}.cell"].name: slots[f"{layer}.cell"] for layer in LAYERS}.values():
+        for one in part.numbers:
+            yield f"tissue.{part.name}.{one.name}", one
+    for key, part in slots.items():
+        if key != "tissue.cell" and part.name != SHIPPED[part.kind]:
+            for one in part.numbers:
+                yield f"{key.partition('.')[0]}.{part.name}.{one.name}", one
+
+
+def _number(key: str, value: object, one: Declared) -> float:
+    try:
+        number = units.read(value, one.unit)
+    except ValueError as error:
+        raise ConfigurationError(f"{key} = {shown(value)}: {error}") from None
+    if not isinstance(number, float):
+        raise ConfigurationError(f"{key} = {shown(value)}: not a number; write it as {_written(one.value, one)}")
+    if not one.lowest <= number <= one.highest:
+        raise ConfigurationError(
+            f"{key} = {shown(_written(number, one))}: out of range; give a value of at least "
+            f"{_written(one.lowest, one)} and at most {_written(one.highest, one)}"
+        )
+    return number
+
+
+def _written(value: float, one: Declared) -> str:
+    return f"{value:.12g}" + ("" if one.unit == units.DIMENSIONLESS else f" {one.unit}")

@@ -1,0 +1,266 @@
+"""Which cells, laws and shapes there are: the package's own, those of installed packages, those of the user's files.
+
+A part is one Python file that says what it is: KIND, NAME, TITLE and PARAMETERS, written out as literals. They are read
+from the text without executing it, so that a configuration is checked without compiling anything. The file itself is
+imported when a run binds it (`numerics.binding`).
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import entry_points
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Any, get_args
+
+from .. import units
+from ..declared import Declared, Tag, number
+from ..errors import ConfigurationError, shown, suggestion
+from ..paths import located
+
+PACKAGE = Path(__file__).parents[1]
+KINDS: Mapping[str, str] = {"cell": "tissue/cells", "law": "wall/laws", "shape": "pellet/shapes"}
+"""Kind of a part to the folder of those that the package ships."""
+SHIPPED: Mapping[str, str] = {"cell": "plant", "law": "tong_fung", "shape": "sphere"}
+"""The part that stands in the slot unless another is chosen; its numbers are parameters of the configuration itself."""
+GROUP = "peristalsis.parts"
+"""Entry points of installed packages: each names a module that is a part."""
+VARIABLE = "PERISTALSIS_PLUGINS"
+"""Files of parts for this process and for those it starts, separated as in PATH."""
+LARGEST_FILE = 1_000_000
+
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,62}")
+_WORDS = {"cell": "cell", "law": "law", "shape": "shape"}
+
+
+@dataclass(frozen=True)
+class Part:
+    """What a file says of itself. parameters: of all; channels: conductances of a cell, whose names regions know.
+
+    states: names of a cell's states. origin: "peristalsis", the name of an installed package, or the file.
+    """
+
+    kind: str
+    name: str
+    title: str
+    file: Path
+    parameters: tuple[Declared, ...] = ()
+    channels: tuple[Declared, ...] = ()
+    states: tuple[str, ...] = ()
+    origin: str = "peristalsis"
+
+    @property
+    def numbers(self) -> tuple[Declared, ...]:
+        """Everything that a configuration may set of it."""
+        return (*self.parameters, *self.channels)
+
+
+_registered: dict[str, Path] = {}
+
+
+def register(file: str | os.PathLike[str] | ModuleType) -> Part:
+    """Make the part in a file, or in an imported module, known to this process and those it starts.
+
+    Raises ConfigurationError if the file cannot be read, is no part, or has the name of another part.
+    """
+    place = located(file.__file__ if isinstance(file, ModuleType) and file.__file__ else str(file)).resolve()
+    part = read_part(place)
+    other = parts(part.kind).get(part.name)
+    if other is not None and other.file != place:
+        raise ConfigurationError(
+            f"{shown(str(place))}: {part.kind} {part.name} is there already, in {shown(str(other.file))}; give it "
+            "another NAME"
+        )
+    if str(place) not in _registered:
+        _registered[str(place)] = place
+        given = os.environ.get(VARIABLE, "")
+        os.environ[VARIABLE] = os.pathsep.join([*filter(None, given.split(os.pathsep)), str(place)])
+        _known.cache_clear()
+    return part
+
+
+def parts(kind: str) -> Mapping[str, Part]:
+    """The parts of a kind by name, the shipped one first."""
+    return _known(os.environ.get(VARIABLE, ""))[kind]
+
+
+def find(kind: str, name: str) -> Part:
+    """The part of this kind and name. Raises ConfigurationError with what there is."""
+    known = parts(kind)
+    if name not in known:
+        raise ConfigurationError(
+            f"{shown(name)} is no {_WORDS[kind]}; {suggestion(name, known)}, or register the file that holds it "
+            "(--plugin FILE)"
+        )
+    return known[name]
+
+
+@cache
+def _known(given: str) -> Mapping[str, Mapping[str, Part]]:
+    found: dict[str, dict[str, Part]] = {kind: {} for kind in KINDS}
+    for part in _shipped():
+        found[part.kind][part.name] = part
+    for file, origin in [*_installed(), *((Path(name), name) for name in given.split(os.pathsep) if name)]:
+        part = read_part(file, origin)
+        found[part.kind].setdefault(part.name, part)
+    for kind, first in SHIPPED.items():
+        found[kind] = {first: found[kind].pop(first), **dict(sorted(found[kind].items()))}
+    return found
+
+
+@cache
+def _shipped() -> tuple[Part, ...]:
+    files = [file for folder in KINDS.values() for file in sorted((PACKAGE / folder).glob("*.py"))]
+    found = [read_part(file) for file in files if "\nKIND = " in file.read_text(encoding="utf-8")]
+    missing = [
+        Part(kind, name, title, PACKAGE / file)
+        for kind, name, title, file in _IN_THEIR_SLOTS
+        if not any(part.kind == kind and part.name == name for part in found)
+    ]
+    return (*missing, *found)
+
+
+_IN_THEIR_SLOTS = (
+    ("law", "tong_fung", "exponential law of Tong and Fung, as in the paper", "wall/passive.py"),
+    ("shape", "sphere", "sphere", "pellet/sphere.py"),
+)
+
+
+def _installed() -> Iterator[tuple[Path, str]]:
+    for point in entry_points(group=GROUP):
+        spec = find_spec(point.value)
+        if spec is None or spec.origin is None:
+            raise ConfigurationError(
+                f"the installed package {point.dist.name if point.dist else '?'} offers {point.value} as a part, and "
+                "there is no such module; mend or remove that package"
+            )
+        yield Path(spec.origin), point.dist.name if point.dist else point.value
+
+
+def read_part(file: Path, origin: str | None = None) -> Part:
+    """The part that a file says it is, without executing it. Raises ConfigurationError in one sentence."""
+    where = shown(str(file))
+    try:
+        if file.stat().st_size > LARGEST_FILE:
+            raise ConfigurationError(f"{where} is larger than {LARGEST_FILE} bytes; no part is")
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigurationError(f"{where} cannot be read: {error.strerror}; check the name of the plug-in") from None
+    except (SyntaxError, ValueError, RecursionError) as error:
+        line = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
+        raise ConfigurationError(f"{where}{line} is not Python: {shown(str(error), 120)}; correct it") from None
+    said = _literals(tree, where)
+    kind, name = said.get("KIND"), said.get("NAME")
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise ConfigurationError(f"{where}: KIND = {shown(kind)}; a part says one of {', '.join(KINDS)}")
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise ConfigurationError(
+            f"{where}: NAME = {shown(name)}; a part has a name of lower-case letters, digits and _"
+        )
+    parameters = _numbers(said, "PARAMETERS", where)
+    channels = _numbers(said, "CONDUCTANCES", where)
+    states: tuple[str, ...] = ()
+    if kind == "cell":
+        names = tuple(one.name for one in channels)
+        if name != SHIPPED["cell"] and said.get("CHANNELS") != names:
+            raise ConfigurationError(
+                f"{where}: CHANNELS = {shown(said.get('CHANNELS'))} and CONDUCTANCES = {shown(names)} name different "
+                "channels; name the same in the same order"
+            )
+        states = tuple(state[0] for state in said.get("STATES", ()))
+        if name != SHIPPED["cell"]:
+            parameters = _with_tissue(parameters, float(said.get("CAPACITANCE", 1.0)))
+    own = origin or ("peristalsis" if file.is_relative_to(PACKAGE) else str(file))
+    return Part(kind, name, str(said.get("TITLE", name)), file, parameters, channels, states, own)
+
+
+def _with_tissue(parameters: tuple[Declared, ...], capacitance: float) -> tuple[Declared, ...]:
+    """With the two numbers that every cell has."""
+    own = {one.name for one in parameters}
+    both = (
+        number("capacitance", capacitance, "uF/cm^2", "capacitance of the membrane", lowest=1e-6, highest=1e6),
+        number("kinetics_rate", 1.0, "1", "factor on every rate of the cell", lowest=1e-6, highest=1e4),
+    )
+    return (*parameters, *(one for one in both if one.name not in own))
+
+
+_SAID = ("KIND", "NAME", "TITLE", "PARAMETERS", "CONDUCTANCES", "CHANNELS", "STATES", "CAPACITANCE")
+
+
+def _literals(tree: ast.Module, where: str) -> dict[str, Any]:
+    """What the file assigns to the names that a part says; number(...) becomes a `Declared`."""
+    found: dict[str, Any] = {}
+    for node in tree.body:
+        value, targets = None, []
+        if isinstance(node, ast.Assign):
+            value, targets = node.value, node.targets
+        elif isinstance(node, ast.AnnAssign) and node.value is not None:
+            value, targets = node.value, [node.target]
+        for target in targets:
+            if isinstance(target, ast.Name) and target.id in _SAID and value is not None:
+                try:
+                    found[target.id] = _value(value)
+                except (ValueError, TypeError) as error:
+                    raise ConfigurationError(
+                        f"{where}, line {value.lineno}: {target.id} is not written out ({shown(str(error), 120)}); use "
+                        "texts, numbers and number(...) only"
+                    ) from None
+    return found
+
+
+def _value(node: ast.expr) -> Any:
+    if isinstance(node, ast.Tuple | ast.List):
+        return tuple(_value(item) for item in node.elts)
+    if isinstance(node, ast.Call):
+        if not (isinstance(node.func, ast.Name) and node.func.id == "number"):
+            raise ValueError("a call of something else than number")
+        return number(
+            *(_value(item) for item in node.args),
+            **{item.arg: _value(item.value) for item in node.keywords if item.arg},
+        )
+    return ast.literal_eval(node)
+
+
+def _numbers(said: Mapping[str, Any], name: str, where: str) -> tuple[Declared, ...]:
+    given = said.get(name, ())
+    if not isinstance(given, tuple) or not all(isinstance(one, Declared) for one in given):
+        raise ConfigurationError(
+            f"{where}: {name} is not a tuple of number(...); write each as number(name, value, ...)"
+        )
+    for one in given:
+        problem = _problem(one)
+        if problem:
+            raise ConfigurationError(f"{where}: {name}: {shown(one.name)}: {problem}")
+    names = [one.name for one in given]
+    for one in names:
+        if names.count(one) > 1:
+            raise ConfigurationError(f"{where}: {name}: {one} is declared twice; keep one")
+    return given
+
+
+def _problem(one: Declared) -> str:
+    """What is wrong with a declared number; empty if nothing is."""
+    if not isinstance(one.name, str) or not _NAME.fullmatch(one.name):
+        return "no name of lower-case letters, digits and _"
+    values = (one.value, one.lowest, one.highest)
+    if any(isinstance(value, bool) or not isinstance(value, int | float) for value in values):
+        return "value and bounds are numbers; correct them"
+    if not math.isfinite(one.value) or not one.lowest <= one.value <= one.highest:
+        return f"its value {one.value:g} is not within {one.lowest:g}...{one.highest:g}; correct one of them"
+    if one.tag not in get_args(Tag):
+        return f"tag {shown(one.tag)} is none of {', '.join(get_args(Tag))}"
+    if one.tag != "chosen" and not one.source:
+        return f"a {one.tag} value needs its source"
+    try:
+        units.written(float(one.value), one.unit)
+        units.read(units.written(float(one.value), one.unit), one.unit)
+    except (ValueError, ConfigurationError):
+        return f"unit {shown(one.unit)} is not known; use one such as mV, ms, mS/cm^2, mN/cm, 1"
+    return ""

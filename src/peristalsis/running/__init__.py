@@ -1,0 +1,1 @@
+"""The loop over steps, what watches it, and what starts it."""

@@ -1,1 +1,0 @@
-"""Studies made of runs: the undeformed cable, its calibration."""
