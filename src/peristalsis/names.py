@@ -246,6 +246,16 @@ def _gate_probe(layer: str, name: str, gate: str, text: str) -> Output:
     )
 
 
+def _calcium_probe(layer: str) -> Output:
+    return Output(
+        f"calcium_{layer}_probe",
+        PROBE,
+        "1",
+        f"intracellular calcium of the {layer} muscle at the probes",
+        lambda now: now.at_probes(now.calcium(layer)),
+    )
+
+
 def _conductance_probe(layer: str, name: str, text: str) -> Output:
     return Output(
         f"conductance_{name}_{layer}_probe",
@@ -260,7 +270,6 @@ GATES = {
     "h": ("h", "inactivation gate h"),
     "n": ("n", "potassium gate n"),
     "x": ("x", "slow calcium gate x"),
-    "calcium": ("c", "intracellular calcium"),
 }
 """Name in files to name in the cell model, and what it is."""
 CHANNELS = {
@@ -277,6 +286,7 @@ PROBES = [
     for output in (
         _potential_probe(layer),
         *(_gate_probe(layer, name, gate, text) for name, (gate, text) in GATES.items()),
+        _calcium_probe(layer),
         *(_conductance_probe(layer, name, text) for name, text in CHANNELS.items()),
     )
 ]
@@ -285,7 +295,7 @@ PROBES = [
 OF_PLANT = {
     layer: {
         f"calcium_{layer}",
-        *(f"{name}_{layer}_probe" for name in GATES),
+        *(f"{name}_{layer}_probe" for name in (*GATES, "calcium")),
         *(f"conductance_{name}_{layer}_probe" for name in CHANNELS),
     }
     for layer in ("longitudinal", "circular")

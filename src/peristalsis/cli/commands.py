@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from .cell_command import app as cell_app
 from .help import EXAMPLES as EXAMPLES
 from .help import WITHOUT_WORDS as WITHOUT_WORDS
 from .help import epilog
@@ -354,6 +355,7 @@ def check_(
     return Job(lambda screen: check(folders, quarantine, screen))
 
 
+app.add_typer(cell_app)
 app.command("paper", epilog=epilog("paper"))(paper)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import math
+import operator
 import os
 import re
 from collections.abc import Iterator, Mapping
@@ -118,7 +119,7 @@ def _known(given: str) -> Mapping[str, Mapping[str, Part]]:
 @cache
 def _shipped() -> tuple[Part, ...]:
     files = [file for folder in KINDS.values() for file in sorted((PACKAGE / folder).glob("*.py"))]
-    found = [read_part(file) for file in files if "\nKIND = " in file.read_text(encoding="utf-8")]
+    found = [read_part(file) for file in files if re.search(r"^KIND\b", file.read_text(encoding="utf-8"), re.MULTILINE)]
     missing = [
         Part(kind, name, title, PACKAGE / file)
         for kind, name, title, file in _IN_THEIR_SLOTS
@@ -197,33 +198,58 @@ _SAID = ("KIND", "NAME", "TITLE", "PARAMETERS", "CONDUCTANCES", "CHANNELS", "STA
 def _literals(tree: ast.Module, where: str) -> dict[str, Any]:
     """What the file assigns to the names that a part says; number(...) becomes a `Declared`."""
     found: dict[str, Any] = {}
-    for node in tree.body:
-        value, targets = None, []
-        if isinstance(node, ast.Assign):
-            value, targets = node.value, node.targets
-        elif isinstance(node, ast.AnnAssign) and node.value is not None:
-            value, targets = node.value, [node.target]
-        for target in targets:
-            if isinstance(target, ast.Name) and target.id in _SAID and value is not None:
-                try:
-                    found[target.id] = _value(value)
-                except (ValueError, TypeError) as error:
-                    raise ConfigurationError(
-                        f"{where}, line {value.lineno}: {target.id} is not written out ({shown(str(error), 120)}); use "
-                        "texts, numbers and number(...) only"
-                    ) from None
+    for name, value in _assignments(tree):
+        try:
+            found[name] = _value(value, found)
+        except (ValueError, TypeError, ArithmeticError) as error:
+            if name in _SAID:
+                raise ConfigurationError(
+                    f"{where}, line {value.lineno}: {name} is not written out ({shown(str(error), 120)}); use texts, "
+                    "numbers and number(...) only"
+                ) from None
     return found
 
 
-def _value(node: ast.expr) -> Any:
+def _assignments(tree: ast.Module) -> Iterator[tuple[str, ast.expr]]:
+    """Name and value of every assignment at the top of a file; those of several names one by one."""
+    for node in tree.body:
+        value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
+        targets = (
+            node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+        )
+        for target in targets:
+            if isinstance(target, ast.Name) and value is not None:
+                yield target.id, value
+            elif isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+                pairs = zip(target.elts, value.elts, strict=False)
+                yield from ((name.id, one) for name, one in pairs if isinstance(name, ast.Name))
+
+
+_ARITHMETIC: Mapping[type, Any] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+}
+
+
+def _value(node: ast.expr, known: Mapping[str, Any]) -> Any:
+    """What an expression of literals, earlier names, sums, products and number(...) stands for."""
     if isinstance(node, ast.Tuple | ast.List):
-        return tuple(_value(item) for item in node.elts)
+        return tuple(_value(item, known) for item in node.elts)
+    if isinstance(node, ast.Name) and node.id in known:
+        return known[node.id]
+    if isinstance(node, ast.BinOp) and type(node.op) in _ARITHMETIC:
+        left, right = _value(node.left, known), _value(node.right, known)
+        if not isinstance(left, int | float) or not isinstance(right, int | float):
+            raise ValueError("a sum or product of something else than numbers")
+        return _ARITHMETIC[type(node.op)](left, right)
     if isinstance(node, ast.Call):
         if not (isinstance(node.func, ast.Name) and node.func.id == "number"):
             raise ValueError("a call of something else than number")
         return number(
-            *(_value(item) for item in node.args),
-            **{item.arg: _value(item.value) for item in node.keywords if item.arg},
+            *(_value(item, known) for item in node.args),
+            **{item.arg: _value(item.value, known) for item in node.keywords if item.arg},
         )
     return ast.literal_eval(node)
 

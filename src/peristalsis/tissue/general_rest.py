@@ -24,7 +24,7 @@ MOST_NEWTON = 60
 
 
 def rest_state(conductances: Floats, constants: CellConstants, table: Floats, exact: bool = False) -> RestState:
-    """The lowest stable steady state, or the lowest if none is stable; see `rest.rest_state`."""
+    """The lowest stable steady state; if none is stable the description's START, or the lowest. See `rest.rest_state`."""
     return rest_states(np.reshape(conductances, (-1, 1)), constants, table, exact)[0]
 
 
@@ -58,7 +58,8 @@ class _Steady:
             found.append(self._between(float(places[low]), float(places[low + 1]), states[low]))
             if found[-1].stable:
                 return found[-1]
-        return found[0]
+        start = getattr(cell, "START", None)  # a pacemaker begins where its source begins
+        return found[0] if start is None else RestState(start[0], tuple(start[1:]), False)
 
     def _along(self, places: Floats) -> tuple[Floats, Floats]:
         """States (n, N) and currents (n,) at potentials, each begun from its neighbour; nan where none is found."""

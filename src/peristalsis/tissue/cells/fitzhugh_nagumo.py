@@ -54,6 +54,7 @@ PARAMETERS = (
     number("capacitance", 1.0, "uF/cm^2", "capacitance of the membrane", lowest=1e-3, highest=1e3),
     number("kinetics_rate", 1.0, "1", "factor on every rate of the cell", lowest=1e-3, highest=1e3),
 )  # fmt: skip
+SHIPPED = CellConstants(*(one.value for one in PARAMETERS))
 CONDUCTANCES = (
     number("excitability", 1.0, "mS/cm^2", "strength of the current", lowest=0.0, highest=100.0),
 )  # fmt: skip

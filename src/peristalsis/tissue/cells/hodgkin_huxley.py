@@ -55,6 +55,7 @@ PARAMETERS = (
     number("kinetics_rate", 1.0, "1", "factor on every rate of the cell", lowest=1e-3, highest=1e3),
 )  # fmt: skip
 """What the constants are unless they are set; in the order of `CellConstants`."""
+SHIPPED = CellConstants(*(one.value for one in PARAMETERS))
 CONDUCTANCES = (
     number("sodium", 120.0, "mS/cm^2", "conductance of the sodium channel", tag="sourced",
            source="J. Physiol. 117 (1952) 520", lowest=0.0, highest=1e4),

@@ -61,6 +61,7 @@ PARAMETERS = (
            source="Rinzel and Ermentrout 1998, table 7.1", lowest=1e-3, highest=1e3),
     number("kinetics_rate", 1.0, "1", "factor on every rate of the cell", lowest=1e-3, highest=1e3),
 )  # fmt: skip
+SHIPPED = CellConstants(*(one.value for one in PARAMETERS))
 CONDUCTANCES = (
     number("calcium", 4.4, "mS/cm^2", "conductance of the calcium channel", tag="sourced",
            source="Rinzel and Ermentrout 1998, table 7.1", lowest=0.0, highest=1e4),
