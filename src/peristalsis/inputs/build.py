@@ -15,22 +15,28 @@ from ..control.sequence import Trigger
 from ..geometry.grid import Grid
 from ..model.constants import LumenConstants, PelletConstants
 from ..model.model import ExplicitScheme, Layer, Model, PacemakerCell, Response
+from ..numerics.binding import Binding, bind
 from ..pellet import sphere
 from ..pellet.friction import FrictionLaw
 from ..tissue.cell import PLANT, SHIPPED_CELL, Cell, described
 from ..tissue.cells.plant import CHANNELS, CellConstants
 from ..tissue.surface import Conductivities
+from ..errors import ConfigurationError, shown
 from ..units import to_internal
 from ..wall.active import ActiveConstants
-from ..wall.constants import WallConstants
-from ..wall.passive import PassiveConstants
-from ..wall.surface_regularisers import SurfaceConstants
+from ..wall.constants import SurfaceConstants, WallConstants
 from .config import Configuration
 from .config import Layer as LayerConfiguration
+from .parts import SHIPPED as SHIPPED_PARTS
 from .parts import find
 from .regions.sampling import factor_field
 
 Floats = NDArray[np.float64]
+
+
+def bound_to(configuration: Configuration) -> Binding:
+    """The kernels of wall, pellet and step with the parts that a configuration chooses in their slots."""
+    return bind({"wall.laws.tong_fung": find("law", configuration.wall.law).file})
 
 
 def build(configuration: Configuration, like: Model | None = None, since: Configuration | None = None) -> Model:
@@ -40,6 +46,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
     configuration that it was built from; parts whose section is the same object are taken over.
     """
     c = configuration
+    binding = bound_to(c)
 
     def same(*sections: str) -> bool:
         return since is not None and all(getattr(c, name) is getattr(since, name) for name in (*sections, "regions"))
@@ -50,7 +57,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         grid=grid,
         longitudinal=like.longitudinal if like and same("longitudinal", "parts") else _layer(c, "longitudinal", grid),
         circular=like.circular if like and same("circular", "parts") else _layer(c, "circular", grid),
-        wall=like.wall if like and same("wall", "longitudinal", "circular") else _wall(c, grid),
+        wall=like.wall if like and same("wall", "longitudinal", "circular", "parts") else _wall(c, grid, binding),
         pellet=PelletConstants(
             present=c.pellet.enabled,
             radius=c.pellet.radius,
@@ -108,6 +115,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         explicit=_explicit(c),
         stimuli_longitudinal=like.stimuli_longitudinal if like and same("stimuli") else _listed(c, "longitudinal"),
         stimuli_circular=like.stimuli_circular if like and same("stimuli") else _listed(c, "circular"),
+        binding=binding,
     )
 
 
@@ -224,7 +232,28 @@ def _factors(
     return 1.0 if field is None else field
 
 
-def _wall(c: Configuration, grid: Grid) -> WallConstants:
+def _passive(c: Configuration, binding: Binding) -> Any:
+    """The `PassiveConstants` of the chosen law."""
+    w, part = c.wall, find("law", c.wall.law)
+    try:
+        law = binding.module("wall.passive")
+    except Exception as error:  # whatever the user's file does when it is imported
+        raise ConfigurationError(
+            f"wall.law = {part.name}: {shown(str(part.file))} cannot be taken up: {shown(str(error), 200)}; a law has "
+            "PassiveConstants and strain_energy"
+        ) from None
+    if part.name == SHIPPED_PARTS["law"]:
+        return law.PassiveConstants(w.c1, w.c2, w.c3, w.c4, w.c5, w.c6, w.c10)
+    numbers = c.part_numbers("wall", part)
+    if law.PassiveConstants._fields != tuple(numbers):
+        raise ConfigurationError(
+            f"wall.law = {part.name}: {shown(str(part.file))}: PARAMETERS are {', '.join(numbers)} and the fields of "
+            f"PassiveConstants {', '.join(law.PassiveConstants._fields)}; name the same in the same order"
+        )
+    return law.PassiveConstants(**numbers)
+
+
+def _wall(c: Configuration, grid: Grid, binding: Binding) -> WallConstants:
     w = c.wall
     return WallConstants(
         radius=w.radius,
@@ -238,7 +267,7 @@ def _wall(c: Configuration, grid: Grid) -> WallConstants:
         fold_stretch=w.fold_stretch,
         fold_tension=w.fold_tension,
         published=w.tension == "published",
-        passive=PassiveConstants(w.c1, w.c2, w.c3, w.c4, w.c5, w.c6, w.c10),
+        passive=_passive(c, binding),
         longitudinal=ActiveConstants(c.longitudinal.c7, c.longitudinal.c8, c.longitudinal.c9),
         circular=ActiveConstants(c.circular.c7, c.circular.c8, c.circular.c9),
     )

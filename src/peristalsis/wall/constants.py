@@ -1,4 +1,4 @@
-"""Constants of the wall, whatever laws it has: a record that no exchanged part renews."""
+"""Constants of the wall, whatever laws it has: records that no exchanged part renews."""
 
 from __future__ import annotations
 
@@ -25,3 +25,12 @@ class WallConstants(NamedTuple):
     passive: Any
     longitudinal: Any
     circular: Any
+
+
+class SurfaceConstants(NamedTuple):
+    """Shear viscosity [mN s/cm], bending around the ring [mN cm] and its viscosity [mN s cm], foundation [mN/cm^3]."""
+
+    shear_viscosity: float = 0.005
+    bending_stiffness_around: float = 0.5
+    bending_viscosity_around: float = 1.0e-5
+    foundation: float = 100.0

@@ -47,6 +47,13 @@ PARTS = 8
 
 
 @inlined
+def carried(one: float, two: float, three: float, fold: float, c: WallConstants) -> tuple[float, float]:
+    """What the shell carries of a sum of tensions, Eq. (15), with its fold, Eq. (36), and the slope by the sum."""
+    value, slope = floored(one + two + three, c.slack_blend, c.slack_slope)
+    return value + fold, slope
+
+
+@inlined
 def tensions(
     longitudinal: float,
     circumferential: float,
@@ -70,20 +77,20 @@ def tensions(
     mc, dmc = active_tension(circumferential, c.circular)
     vl, vc = c.viscosity * rate_longitudinal, c.viscosity * rate_circumferential
     al, ac = drive_longitudinal * ml, drive_circular * mc
-    tl, dl = floored(vl + al + pl, c.slack_blend, c.slack_slope)
-    tc, dc = floored(vc + ac + pc, c.slack_blend, c.slack_slope)
-    viscous = c.viscosity * rate_slope
     fold_l, dfold_l = fold_resistance(longitudinal, c.fold_stretch, c.fold_tension)
     fold_c, dfold_c = fold_resistance(circumferential, c.fold_stretch, c.fold_tension)
+    tl, dl = carried(vl, al, pl, fold_l, c)
+    tc, dc = carried(vc, ac, pc, fold_c, c)
+    viscous = c.viscosity * rate_slope
     return (
         pl,
         al,
         vl,
-        tl + fold_l,
+        tl,
         pc,
         ac,
         vc,
-        tc + fold_c,
+        tc,
         dl * (viscous + drive_longitudinal * dml + dpl * wll) + dfold_l,
         dl * dpl * wlc,
         dc * dpc * wlc,
@@ -139,10 +146,15 @@ def tension_parts(
     drive_circular: float,
     c: WallConstants,
 ) -> tuple[float, float, float, float, float, float, float, float]:
-    """The PARTS of Eq. (2) at one corner [mN/cm], in their order; see `tensions`."""
-    pl, al, vl, tl, pc, ac, vc, tc, _, _, _, _ = tensions(
+    """The PARTS of Eq. (2) at one corner [mN/cm], in their order; see `tensions`.
+
+    The totals are added up in the order of the parts, as recorded runs have them: a reader's sum gives the same bits.
+    """
+    pl, al, vl, _, pc, ac, vc, _, _, _, _, _ = tensions(
         stretch, hoop, stretch_rate, hoop_rate, 0.0, drive_longitudinal, drive_circular, c
     )
+    tl, _ = carried(pl, al, vl, fold_resistance(stretch, c.fold_stretch, c.fold_tension)[0], c)
+    tc, _ = carried(pc, ac, vc, fold_resistance(hoop, c.fold_stretch, c.fold_tension)[0], c)
     return pl, al, vl, tl, pc, ac, vc, tc
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..declared import Declared
 from ..numerics.compiled import fixed_tuple, inlined
 from .laws import tong_fung
 
@@ -20,7 +21,11 @@ strain_energy = tong_fung.strain_energy
 NUMBERS = len(PassiveConstants._fields)
 """How many numbers the law has."""
 
-_OWN = ", ".join(f"wall.{tong_fung.NAME}.{one.name}" for one in getattr(_law, "PARAMETERS", ()))
+PARAMETERS: tuple[Declared, ...] = getattr(_law, "PARAMETERS", ())
+PRESTRESSED: bool = getattr(_law, "PRESTRESSED", False)
+"""Whether the undeformed wall may have tension."""
+
+_OWN = ", ".join(f"wall.{tong_fung.NAME}.{one.name}" for one in PARAMETERS)
 LIMIT: str = getattr(_law, "LIMIT", f"the law {tong_fung.NAME} ends")
 """What ends where the law is not admissible: "its stretches come to where ..."."""
 STIFFER_ALONG: str = getattr(_law, "STIFFER_ALONG", _OWN)
