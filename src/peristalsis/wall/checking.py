@@ -14,15 +14,15 @@ NAMES = ("W_l", "W_c", "W_ll", "W_lc", "W_cc")
 STEP = 1e-4
 """Step of the differences that the derivatives are compared with."""
 PLACES = 200
-"""Random stretches, between these two, at which a law is looked at; and over the whole range, where it is to be finite."""
 NEAR = (0.6, 2.6)
+"""Random stretches at which derivatives are looked at, and between which; finite they are over the whole range."""
 
 
-def faults(law: ModuleType, constants: Any, tolerance: float = 1e-5) -> list[str]:
+def faults(law: ModuleType, constants: Any, tolerance: float = 1e-4) -> list[str]:
     """What is wrong with a law, in sentences; none if nothing is.
 
     law: `wall.passive` as bound to it. constants: its `PassiveConstants`. tolerance: of derivatives against
-    differences of the energy, relative to their size there.
+    differences of the energy, relative to their size there; those of an energy alone are good to 1e-4.
     """
     found = [] if isinstance(constants, law.PassiveConstants) else ["its constants are no PassiveConstants"]
     fields, declared = law.PassiveConstants._fields, law.PARAMETERS
