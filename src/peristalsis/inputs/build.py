@@ -12,6 +12,7 @@ from ..control.pacemaker import Outlet, Source
 from ..control.pulses import Listed, Pulse, listed
 from ..control.reflex import Reflex
 from ..control.sequence import Trigger
+from ..errors import ConfigurationError, shown
 from ..geometry.grid import Grid
 from ..model.constants import LumenConstants, PelletConstants
 from ..model.model import ExplicitScheme, Layer, Model, PacemakerCell, Response
@@ -21,7 +22,6 @@ from ..pellet.friction import FrictionLaw
 from ..tissue.cell import PLANT, SHIPPED_CELL, Cell, described
 from ..tissue.cells.plant import CHANNELS, CellConstants
 from ..tissue.surface import Conductivities
-from ..errors import ConfigurationError, shown
 from ..units import to_internal
 from ..wall.active import ActiveConstants
 from ..wall.constants import SurfaceConstants, WallConstants

@@ -10,9 +10,10 @@ import math
 
 import numpy as np
 
+from ..numerics.blend import fold_resistance
 from ..numerics.compiled import compiled
 from .constants import WallConstants
-from .membrane import LARGEST_STRETCH, SMALLEST_STRETCH, nominal_tensions
+from .membrane import LARGEST_STRETCH, SMALLEST_STRETCH, carried, nominal_tensions, tensions
 from .passive import admissible
 
 INSIDE = -1
@@ -57,7 +58,7 @@ def add_tension_forces(
             hoop = rho[i] * per_radius
             if not (SMALLEST_STRETCH < hoop < LARGEST_STRETCH and admissible(stretch, hoop, c.passive)):
                 return e
-            nl, nc, _, _, _, _ = nominal_tensions(
+            _, _, _, tl, pc, ac, _, _, _, _, _, _ = tensions(
                 stretch,
                 hoop,
                 rate,
@@ -67,8 +68,11 @@ def add_tension_forces(
                 drive_circular[2 * e + corner],
                 c,
             )
-            axial += 0.5 * nl
-            force_rho[i] -= half * nc * per_radius
+            # The same sum as that of `tensions`, rounded as this scheme has always rounded it.
+            fold, _ = fold_resistance(hoop, c.fold_stretch, c.fold_tension)
+            tc, _ = carried(c.viscosity * rho_rate[i] * per_radius, pc, ac, fold, c)
+            axial += 0.5 * (tl * hoop if c.published else tl)
+            force_rho[i] -= half * (tc * stretch if c.published else tc) * per_radius
         force_rho[e] += axial * tr
         force_zeta[e] += axial * tz
         force_rho[e + 1] -= axial * tr
