@@ -13,14 +13,16 @@ from typing import TYPE_CHECKING, Any
 from ._version import __version__
 
 if TYPE_CHECKING:
+    from .declared import number
     from .errors import PeristalsisError
     from .inputs.config import Configuration
     from .many.batch import batch
-    from .names import Output, register
+    from .names import Output
+    from .plugins import register
     from .results.result import Result, load
     from .running.runner import run
     from .running.simulation import Simulation
-    from .scenarios import configuration
+    from .scenarios import Scenario, configuration
     from .scenarios import names as scenario_names
 
 __all__ = [
@@ -28,11 +30,13 @@ __all__ = [
     "Output",
     "PeristalsisError",
     "Result",
+    "Scenario",
     "Simulation",
     "__version__",
     "batch",
     "configuration",
     "load",
+    "number",
     "register",
     "run",
     "scenario_names",
@@ -43,11 +47,13 @@ _HOMES = {
     "Output": ("names", "Output"),
     "PeristalsisError": ("errors", "PeristalsisError"),
     "Result": ("results.result", "Result"),
+    "Scenario": ("scenarios", "Scenario"),
     "Simulation": ("running.simulation", "Simulation"),
     "batch": ("many.batch", "batch"),
     "configuration": ("scenarios", "configuration"),
     "load": ("results.result", "load"),
-    "register": ("names", "register"),
+    "number": ("declared", "number"),
+    "register": ("plugins", "register"),
     "run": ("running.runner", "run"),
     "scenario_names": ("scenarios", "names"),
 }

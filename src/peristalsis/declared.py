@@ -30,6 +30,11 @@ class Declared(NamedTuple):
     lowest: float
     highest: float
 
+    def bounds(self) -> dict[str, float]:
+        """Those of its bounds that there are, by the names that a schema uses."""
+        both = {"ge": self.lowest, "le": self.highest}
+        return {name: limit for name, limit in both.items() if math.isfinite(limit)}
+
 
 def number(
     name: str,

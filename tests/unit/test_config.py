@@ -23,6 +23,7 @@ from peristalsis.errors import (
     WriteError,
     nearest,
 )
+from peristalsis.inputs.choices import SLOTS
 from peristalsis.inputs.config import (
     FIELDS,
     KEYS,
@@ -34,6 +35,7 @@ from peristalsis.inputs.config import (
     json_schema,
     parameter,
 )
+from peristalsis.inputs.parts import parts
 from peristalsis.units import format_quantity
 
 DEFAULT = Configuration()
@@ -76,6 +78,8 @@ def valid(spec: FieldSpec) -> st.SearchStrategy[Any]:
         return st.booleans()
     if spec.kind == "choice":
         return st.sampled_from(spec.choices)
+    if spec.kind == "part":
+        return st.sampled_from(list(parts(SLOTS[spec.key])))
     if spec.kind == "names":
         return st.lists(st.sampled_from(spec.choices), max_size=5)
     low = spec.bounds.get("gt", spec.bounds.get("ge"))

@@ -54,6 +54,10 @@ Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is th
 def root(
     context: typer.Context,
     show_version: Annotated[bool, typer.Option("--version", help="Show the version and stop.")] = False,
+    plugin: Annotated[
+        list[str] | None,
+        typer.Option("--plugin", metavar="FILE", help="Your own cell, law, shape, output, scenario or figure; repeat."),
+    ] = None,
 ) -> Job | None:
     """Electromechanical model of colonic propulsion: waves in two muscle layers, a soft wall, a pellet."""
     if context.invoked_subcommand is not None:
@@ -116,14 +120,19 @@ def run_(
 
 
 @app.command("list", epilog=epilog("list"))
-def list_(as_json: Json = False) -> Job:
-    """List scenarios and readings.
+def list_(
+    what: Annotated[
+        str | None, typer.Argument(metavar="[WHAT]", help="scenarios, readings, cells, laws or shapes.")
+    ] = None,
+    as_json: Json = False,
+) -> Job:
+    """List scenarios and readings, or the cells, laws and shapes that can be chosen.
 
-    Each scenario with what is expected of it, each reading of the paper with its reason.
+    Each scenario with what is expected of it, each reading of the paper with its reason; parts with their numbers.
     """
-    from .showing import list_scenarios
+    from .listing import listed
 
-    return Job(list_scenarios)
+    return Job(lambda screen: listed(what, screen))
 
 
 @app.command("show", epilog=epilog("show"))

@@ -16,6 +16,7 @@ from .streams import Screen, forgiving_streams
 TRACEBACK = "PERISTALSIS_TRACEBACK"
 """Set this variable of the environment to see where an unforeseen error came from."""
 
+PLUGIN = "--plugin"
 REPEATABLE = ("--set", "--format", "--variant")
 
 
@@ -43,8 +44,27 @@ def dispatch(words: Sequence[str], program: Program = PERISTALSIS) -> int:
         return code or WriteError.exit_code
 
 
+def _without_plugins(words: Sequence[str]) -> list[str]:
+    """The words of a command without `--plugin FILE`, wherever it stands; the files are registered."""
+    kept: list[str] = []
+    waiting = iter(words)
+    for word in waiting:
+        if word == "--":
+            return [*kept, word, *waiting]
+        if word != PLUGIN and not word.startswith(f"{PLUGIN}="):
+            kept.append(word)
+            continue
+        file = word.partition("=")[2] if "=" in word else next(waiting, "")
+        if not file:
+            raise ConfigurationError(f"{PLUGIN} needs a file; give the path of one, such as {PLUGIN} my_cell.py")
+        importlib.import_module("peristalsis.plugins").load(file)
+    return kept
+
+
 def _carry_out(words: Sequence[str], screen: Screen, program: Program) -> int:
     try:
+        if program is PERISTALSIS:
+            words = _without_plugins(words)
         job = _parse(words, program)
         if isinstance(job, int):  # a help text was shown
             return job

@@ -17,25 +17,6 @@ if TYPE_CHECKING:
     from ..inputs.config import Configuration, Entry
 
 
-def list_scenarios(screen: Screen) -> int:
-    """Scenarios with title and expected outcome, and readings."""
-    from .. import scenarios
-    from ..inputs.parameters import READINGS
-
-    known = [scenarios.get(name) for name in scenarios.names()]
-    screen.table(("scenario", "title", "expected"), ((each.name, each.title, each.expected) for each in known))
-    screen.table(("reading", "why"), ((reading.name, reading.why) for reading in READINGS.values()))
-    screen.answer(
-        {
-            "scenarios": [
-                {key: getattr(each, key) for key in ("name", "title", "description", "expected")} for each in known
-            ],
-            "readings": [{"name": reading.name, "why": reading.why} for reading in READINGS.values()],
-        }
-    )
-    return 0
-
-
 def show(given: Input, section: str | None, toml: bool, screen: Screen) -> int:
     """Every parameter with its value, unit, tag and source, or the file that says the same."""
     configuration = given.configuration()

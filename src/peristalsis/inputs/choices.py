@@ -6,6 +6,7 @@ numbers: `tissue.morris_lecar.calcium` is that of both layers, `circular.morris_
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -83,6 +84,15 @@ def chosen(values: Mapping[str, Any]) -> dict[str, Part]:
     return found
 
 
+def foreign(slots: Mapping[str, Part]) -> dict[str, str]:
+    """Hash of the file of every chosen part that the package does not ship, by its name."""
+    return {
+        f"{part.kind}.{part.name}": hashlib.sha256(part.file.read_bytes()).hexdigest()
+        for part in slots.values()
+        if part.origin != "peristalsis"
+    }
+
+
 def complete(given: Mapping[str, Any], slots: Mapping[str, Part]) -> tuple[tuple[str, float], ...]:
     """Numbers of the chosen parts by key, as given or as declared; of one layer alone only where they are given.
 
@@ -126,10 +136,9 @@ def _number(key: str, value: object, one: Declared) -> float:
     if not isinstance(number, float):
         raise ConfigurationError(f"{key} = {shown(value)}: not a number; write it as {_written(one.value, one)}")
     if not one.lowest <= number <= one.highest:
-        raise ConfigurationError(
-            f"{key} = {shown(_written(number, one))}: out of range; give a value of at least "
-            f"{_written(one.lowest, one)} and at most {_written(one.highest, one)}"
-        )
+        words = {"ge": "at least", "le": "at most"}
+        allowed = " and ".join(f"{words[bound]} {_written(limit, one)}" for bound, limit in one.bounds().items())
+        raise ConfigurationError(f"{key} = {shown(_written(number, one))}: out of range; give a value of {allowed}")
     return number
 
 

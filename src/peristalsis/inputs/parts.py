@@ -35,6 +35,8 @@ GROUP = "peristalsis.parts"
 """Entry points of installed packages: each names a module that is a part."""
 VARIABLE = "PERISTALSIS_PLUGINS"
 """Files of parts for this process and for those it starts, separated as in PATH."""
+CODE_VARIABLE = "PERISTALSIS_PLUGIN_CODE"
+"""Files that are executed, in the same way (`plugins`)."""
 LARGEST_FILE = 1_000_000
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,62}")
@@ -85,6 +87,14 @@ def register(file: str | os.PathLike[str] | ModuleType) -> Part:
         os.environ[VARIABLE] = os.pathsep.join([*filter(None, given.split(os.pathsep)), str(place)])
         _known.cache_clear()
     return part
+
+
+def is_part(file: Path) -> bool:
+    """Whether a file says KIND, or cannot be read as a file of Python; `read_part` tells what is wrong then."""
+    try:
+        return "KIND" in _literals(ast.parse(file.read_text(encoding="utf-8")), "")
+    except (OSError, SyntaxError, ValueError, RecursionError, ConfigurationError):
+        return True
 
 
 def parts(kind: str) -> Mapping[str, Part]:

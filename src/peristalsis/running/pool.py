@@ -24,6 +24,7 @@ from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from .. import plugins
 from ..errors import ConfigurationError, PeristalsisError
 
 RETRIES = 2
@@ -224,6 +225,7 @@ def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
     """What a process does: one task after the other, until the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one who started it decides what Ctrl-C means
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    plugins.ready()
     while True:
         try:
             task = pipe.recv()

@@ -81,9 +81,25 @@ def unchanged(config: Configuration) -> Configuration:
     return configuration(config.scenario, reading=config.reading)
 
 
+_added: dict[str, Scenario] = {}
+
+
+def register(scenario: Scenario) -> Scenario:
+    """Add a scenario from outside the package, for this process. Raises ConfigurationError if it is none.
+
+    Its changes are checked as a configuration at once.
+    """
+    if scenario.name in _registry() and _added.get(scenario.name) != scenario:
+        raise ConfigurationError(f"scenario = {shown(scenario.name)}: there is one of this name; choose another")
+    Configuration(scenario=scenario.name, **scenario.changes)
+    _added[scenario.name] = scenario
+    _registry.cache_clear()
+    return scenario
+
+
 @lru_cache(maxsize=1)
 def _registry() -> Mapping[str, Scenario]:
-    found = {}
+    found = dict(_added)
     for module in pkgutil.iter_modules(__path__):
         scenario = importlib.import_module(f"{__name__}.{module.name}").SCENARIO
         found[scenario.name] = scenario

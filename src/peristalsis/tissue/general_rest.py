@@ -24,7 +24,7 @@ MOST_NEWTON = 60
 
 
 def rest_state(conductances: Floats, constants: CellConstants, table: Floats, exact: bool = False) -> RestState:
-    """The lowest stable steady state; if none is stable the description's START, or the lowest. See `rest.rest_state`."""
+    """The lowest stable steady state; START of the description, or the lowest, if none is stable."""
     return rest_states(np.reshape(conductances, (-1, 1)), constants, table, exact)[0]
 
 

@@ -283,5 +283,8 @@ class Configuration(Sections):
         without = WITHOUT_EFFECT if ends else (*WITHOUT_EFFECT, *ENDS)
         without = (*without, *(key for key in SLOTS if self.flat()[key] == PARAMETERS[key].value))
         texts = {key: text for key, text in self.texts().items() if key not in without}
+        foreign = choices.foreign(choices.chosen(self.flat()))
+        if foreign:  # the same name may stand for another file tomorrow
+            texts["parts"] = foreign
         canonical = json.dumps(texts, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
         return hashlib.sha256(canonical.encode("ascii")).hexdigest()

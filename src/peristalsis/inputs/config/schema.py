@@ -55,7 +55,7 @@ def _schema_of_part(part: Part) -> dict[str, Any]:
     }
     for one in part.numbers:
         about = Parameter(one.name, float(one.value), one.unit, one.tag, one.source, one.description)
-        spec = FieldSpec(one.name, "", one.name, "number", one.unit, (), {"ge": one.lowest, "le": one.highest})
+        spec = FieldSpec(one.name, "", one.name, "number", one.unit, (), one.bounds())
         table["properties"][one.name] = _schema_of(spec, about)
     return table
 

@@ -87,7 +87,7 @@ class _Fields(Mapping[str, FieldSpec]):
         if one is None:
             raise KeyError(key)
         section, _, name = key.partition(".")
-        return FieldSpec(key, section, name, "number", one.unit, (), {"ge": one.lowest, "le": one.highest})
+        return FieldSpec(key, section, name, "number", one.unit, (), one.bounds())
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._own)

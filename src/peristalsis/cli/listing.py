@@ -1,0 +1,67 @@
+"""The command `list`: scenarios and readings, and the parts that a configuration can choose."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .. import scenarios, units
+from ..errors import ConfigurationError, shown, suggestion
+from ..inputs.choices import SLOTS
+from ..inputs.parameters import READINGS
+from ..inputs.parts import KINDS, Part, parts
+from .streams import Screen
+
+KINDS_OF = {f"{kind}s": kind for kind in KINDS}
+WHAT = ("scenarios", "readings", *KINDS_OF)
+
+
+def listed(what: str | None, screen: Screen) -> int:
+    """What there is of one kind, or scenarios and readings."""
+    if what is not None and what not in WHAT:
+        raise ConfigurationError(f"WHAT = {shown(what)}: nothing to list; {suggestion(what, WHAT)}")
+    if what in KINDS_OF:
+        return _parts(KINDS_OF[str(what)], screen)
+    answer: dict[str, Any] = {}
+    if what in (None, "scenarios"):
+        known = [scenarios.get(name) for name in scenarios.names()]
+        screen.table(("scenario", "title", "expected"), ((each.name, each.title, each.expected) for each in known))
+        keys = ("name", "title", "description", "expected")
+        answer["scenarios"] = [{key: getattr(each, key) for key in keys} for each in known]
+    if what in (None, "readings"):
+        screen.table(("reading", "why"), ((reading.name, reading.why) for reading in READINGS.values()))
+        answer["readings"] = [{"name": reading.name, "why": reading.why} for reading in READINGS.values()]
+    screen.answer(answer)
+    return 0
+
+
+def _parts(kind: str, screen: Screen) -> int:
+    known = list(parts(kind).values())
+    screen.table((kind, "what it is", "from"), ((part.name, part.title, part.origin) for part in known))
+    slots = [slot for slot, own in SLOTS.items() if own == kind]
+    section = slots[0].partition(".")[0]
+    rows = [
+        (f"{section}.{part.name}.{one.name}", units.written(float(one.value), one.unit), one.tag, one.description)
+        for part in known
+        for one in part.numbers
+    ]
+    if rows:
+        screen.table(
+            ("parameter", "value", "tag", "what it is"), ((key, str(value), *more) for key, value, *more in rows)
+        )
+    screen.say(f"Choose one by {', '.join(slots)}.")
+    screen.answer({f"{kind}s": [_plain(part) for part in known], "chosen by": slots})
+    return 0
+
+
+def _plain(part: Part) -> dict[str, Any]:
+    return {
+        "name": part.name,
+        "title": part.title,
+        "from": part.origin,
+        "states": list(part.states),
+        "channels": [one.name for one in part.channels],
+        "parameters": [
+            {"name": one.name, "value": one.value, "unit": one.unit, "tag": one.tag, "source": one.source}
+            for one in part.numbers
+        ],
+    }
