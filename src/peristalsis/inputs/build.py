@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from functools import cache
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -24,6 +26,7 @@ from ..tissue.cells.plant import CHANNELS, CellConstants
 from ..tissue.surface import Conductivities
 from ..units import to_internal
 from ..wall.active import ActiveConstants
+from ..wall.checking import faults
 from ..wall.constants import SurfaceConstants, WallConstants
 from .config import Configuration
 from .config import Layer as LayerConfiguration
@@ -244,13 +247,20 @@ def _passive(c: Configuration, binding: Binding) -> Any:
         ) from None
     if part.name == SHIPPED_PARTS["law"]:
         return law.PassiveConstants(w.c1, w.c2, w.c3, w.c4, w.c5, w.c6, w.c10)
-    numbers = c.part_numbers("wall", part)
-    if law.PassiveConstants._fields != tuple(numbers):
-        raise ConfigurationError(
-            f"wall.law = {part.name}: {shown(str(part.file))}: PARAMETERS are {', '.join(numbers)} and the fields of "
-            f"PassiveConstants {', '.join(law.PassiveConstants._fields)}; name the same in the same order"
-        )
-    return law.PassiveConstants(**numbers)
+    fault = None if part.origin == "peristalsis" else _fault(law)
+    if fault is not None:
+        raise ConfigurationError(f"wall.law = {part.name}: {shown(str(part.file))}: {fault}; correct the file")
+    return law.PassiveConstants(**c.part_numbers("wall", part))
+
+
+@cache
+def _fault(law: ModuleType) -> str | None:
+    """What is wrong with a law from outside of the package, at the values that it declares; None if nothing is."""
+    try:
+        found = faults(law, law.PassiveConstants(*(one.value for one in law.PARAMETERS)))
+    except Exception as error:  # whatever numba or the user's formulas say
+        return f"its functions cannot be used: {shown(str(error), 300)}"
+    return found[0] if found else None
 
 
 def _wall(c: Configuration, grid: Grid, binding: Binding) -> WallConstants:
