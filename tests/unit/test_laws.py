@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +10,8 @@ import numpy as np
 import pytest
 
 import peristalsis
-from peristalsis.inputs.build import build
 from peristalsis.model.constants import packed
 from peristalsis.numerics.binding import Binding, bind
-from peristalsis.scenarios import configuration
 from peristalsis.wall.constants import WallConstants
 from verification.exact.wall import TIGHT, wall_constants
 
@@ -178,47 +175,6 @@ def test_slope_of_an_active_law_is_that_of_its_tension(name: str) -> None:
         assert slope == pytest.approx((ends[0] - ends[1]) / (2.0 * step), rel=1e-6, abs=1e-6)
     wall = wall_constants(20, 2.0, longitudinal=constants, circular=constants)
     assert binding.module("wall.unpacking").unpack_wall(packed(wall)) == wall
-
-
-def fifty_steps(file: Path, changes: dict[str, object]) -> tuple[Any, Any, float]:
-    """(state before, state after 50 steps of 2 ms, share of the work that the balance leaves over)."""
-    binding, constants = bound(file)
-    model = build(configuration("baseline", changes={**changes, "pacemaker.onset": "0 s"}).at_start())
-    model = replace(model, wall=model.wall._replace(passive=constants))
-    model, first, _ = binding.module("model.initial").initial_state(model)
-    advance, work = binding.module("model.guards").advance_safely, binding.module("model.balance").work_of_step
-    state, left, done = first, 0.0, 0.0
-    for _ in range(50):
-        after, _ = advance(model, state)
-        own = work(model, state, after)
-        left, done = left + own.residual, done + abs(own.active) + abs(own.stored)
-        state = after
-    return first, state, abs(left) / done
-
-
-GRIDS = {
-    "column": {"grid.n_z": 50, "grid.n_z_wall": 60},
-    "surface": {"grid.n_z": 50, "grid.n_z_wall": 60, "grid.n_theta": 8},
-    "explicit": {
-        "grid.n_z": 30,
-        "grid.n_z_wall": 30,
-        "solver.integrator": "explicit",
-        "wall.surface_density": "26140 mg/cm^2",
-    },
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("grid", GRIDS)
-@pytest.mark.parametrize("name", [*LAWS, "rubber"])
-def test_a_tube_of_any_law_inflates_holds_a_pellet_and_moves(name: str, grid: str, rubber: Path) -> None:
-    """Power balance to 1e-3, on every grid; all laws in this one process."""
-    first, last, left = fifty_steps(LAWS.get(name, rubber), GRIDS[grid])
-    radius = first.wall.position[:, :, 0].max()
-    assert 0.8 < radius < 1.2
-    assert first.wall.contact.max() > 0.0
-    assert np.abs(last.wall.position - first.wall.position).max() > 1e-3
-    assert left <= 1e-3
 
 
 COST = {"tong_fung": 1.0, "neo_hookean": 0.66, "fung": 1.03, "late_fibres": 1.1, "rubber": 1.05}
