@@ -76,7 +76,9 @@ def moved(law: str, grid: str, **changes: object) -> Simulation:
     run = Simulation(configuration("baseline", changes={**GRIDS[grid], "wall.law": law, **changes}))
     first = run.state.wall.position
     result = run.run()
-    assert run.error is None and run.stopped is None and len(result.arrays["time_step"]) == 51
+    assert run.error is None
+    assert run.stopped is None
+    assert len(result.arrays["time_step"]) == 51
     assert 0.8 < first[:, :, 0].max() < 1.2
     assert result.arrays["normal_force"].max() > 0.0
     assert np.abs(run.state.wall.position - first).max() > 1e-3
@@ -116,7 +118,8 @@ def test_a_law_from_outside_of_the_package(register: Callable[[str], Path]) -> N
     file = register(OWN)
     run = moved("own_rubber", "column", **{"wall.own_rubber.shear": "40 mN/cm"})
     assert run.model.wall.passive == (40.0, 3.0)
-    assert bound_to(run.configuration).exchanged and file in bound_to(run.configuration).exchanged.values()
+    assert bound_to(run.configuration).exchanged
+    assert file in bound_to(run.configuration).exchanged.values()
 
 
 FAULTS = {
@@ -134,7 +137,8 @@ def test_a_faulty_law_is_refused_in_a_sentence(name: str, register: Callable[[st
     register(text)
     with pytest.raises(ConfigurationError, match=said) as caught:
         build(configuration("baseline", changes={**TINY, "wall.law": "own_rubber"}))
-    assert "wall.law = own_rubber" in str(caught.value) and "\n" not in str(caught.value)
+    assert "wall.law = own_rubber" in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 def start(**changes: Any) -> None:
@@ -147,7 +151,8 @@ def test_a_refusal_names_the_law_s_own_numbers() -> None:
     with pytest.raises(DivergenceError) as caught:
         start(**{"wall.law": "neo_hookean", "lumen.pressure": "0.5 kPa", "pellet.enabled": False})
     assert "wall.neo_hookean.stiffness" in str(caught.value)
-    assert "wall.c" not in str(caught.value) and "Eq. (4)" not in str(caught.value)
+    assert "wall.c" not in str(caught.value)
+    assert "Eq. (4)" not in str(caught.value)
 
 
 def test_the_size_of_a_pellet_is_judged_by_the_chosen_law() -> None:
