@@ -10,7 +10,7 @@ from typing import Any
 
 from .clock import Spent
 
-SOLVER = {"solver": ("running.simulation", "advance_safely")}
+SOLVER = {"solver": ("model.guards", "advance_safely")}
 STEP = {
     "conduction": ("model.step", "_advance_layer"),
     "wall": ("model.step", "_solve_wall"),

@@ -31,7 +31,7 @@ from peristalsis.numerics.column_solver import ColumnSolver
 from peristalsis.numerics.krylov import flexible_gmres
 from peristalsis.numerics.ring_blocks import RingOperator, multiply
 from peristalsis.numerics.ring_solver import Constraint, RingSolver, add_normal, project
-from peristalsis.wall.surface_regularisers import SurfaceConstants
+from peristalsis.wall.constants import SurfaceConstants
 
 Floats = NDArray[np.float64]
 Wall = tuple[WallState, PelletState, float]

@@ -17,7 +17,7 @@ from peristalsis.wall.assembly import (
     WALL_ROWS,
     wall_forces,
 )
-from peristalsis.wall.membrane import WallConstants
+from peristalsis.wall.constants import WallConstants
 
 from .exact.cable import apply_operator
 from .exact.manufactured import ManufacturedMotion

@@ -12,7 +12,7 @@ from peristalsis.model.fields import end_reactions
 from peristalsis.model.state import WallState
 from peristalsis.numerics.rates import rate_formula
 from peristalsis.wall.active import ActiveConstants
-from peristalsis.wall.membrane import WallConstants
+from peristalsis.wall.constants import WallConstants
 from peristalsis.wall.passive import PassiveConstants, passive_tension
 
 from .exact import mooney_rivlin

@@ -18,7 +18,7 @@ from peristalsis.model.explicit_limits import limits
 from peristalsis.model.model import Model
 from peristalsis.model.state import State
 from peristalsis.model.step import advance
-from peristalsis.wall.membrane import WallConstants
+from peristalsis.wall.constants import WallConstants
 from peristalsis.wall.passive import PassiveConstants, passive_tension
 
 from .exact.runs import EXACT, IDLE, March, march, moved, started

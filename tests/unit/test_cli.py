@@ -246,10 +246,10 @@ def test_a_file_its_reading_and_changes_reach_the_run(here: Path, at_once: Resul
 
 
 def test_remarks_are_warnings(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    from peristalsis.running import simulation
+    from peristalsis.model import initial
 
-    begin = simulation.initial_state
-    monkeypatch.setattr(simulation, "initial_state", lambda model: (*begin(model)[:2], ["the cell is restless"]))
+    begin = initial.initial_state
+    monkeypatch.setattr(initial, "initial_state", lambda model: (*begin(model)[:2], ["the cell is restless"]))
     assert main(["run", "baseline", *SET, "--no-plots", "--json"]) == 0
     said = capsys.readouterr()
     assert "warning: the cell is restless\n" in said.err
@@ -307,7 +307,7 @@ def test_a_run_that_cannot_begin_leaves_nothing(here: Path, monkeypatch: pytest.
     def begin(*_: object) -> None:
         raise DivergenceError("the tube bursts at t = 0 s; lower lumen.pressure")
 
-    monkeypatch.setattr("peristalsis.running.simulation.initial_state", begin)
+    monkeypatch.setattr("peristalsis.model.initial.initial_state", begin)
     assert main(["run", "baseline", *SET, "--json"]) == 3
     said = capsys.readouterr()
     assert json.loads(said.out) == {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from peristalsis.pellet.surface_contact import force_on_pellet
-from peristalsis.wall.passive import LARGEST_EXPONENT
+from peristalsis.wall.laws.tong_fung import LARGEST_EXPONENT
 from peristalsis.wall.surface import load_edges, measure_edges, new_edges
 from verification.exact.surface_wall import at_rest, padded, uniform
 from verification.exact.wall import COUPLED, wall_constants

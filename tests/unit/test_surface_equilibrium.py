@@ -21,7 +21,7 @@ from peristalsis.model.surface_equilibrium import (
     solve_surface,
 )
 from peristalsis.model.surface_step import kinematics, try_surface_wall
-from peristalsis.wall.surface_regularisers import SurfaceConstants
+from peristalsis.wall.constants import SurfaceConstants
 from verification.exact.runs import started
 from verification.exact.surface_wall import widened
 

@@ -14,8 +14,9 @@ from peristalsis.geometry.surface import (
 )
 from peristalsis.geometry.tube import lumen_volume
 from peristalsis.numerics.ring_blocks import multiply_transposed
+from peristalsis.wall.constants import SurfaceConstants
 from peristalsis.wall.surface import measure_edges, new_edges, stored_energy
-from peristalsis.wall.surface_regularisers import SurfaceConstants, patch_shear
+from peristalsis.wall.surface_regularisers import patch_shear
 from verification.exact.surface_wall import (
     BARE,
     at_rest,

@@ -13,8 +13,8 @@ from peristalsis.model.model import Model
 from peristalsis.model.state import PelletState, WallState
 from peristalsis.model.step import _try_wall
 from peristalsis.model.surface_step import SurfaceSolved, try_surface_wall
+from peristalsis.wall.constants import SurfaceConstants
 from peristalsis.wall.passive import PassiveConstants
-from peristalsis.wall.surface_regularisers import SurfaceConstants
 from verification.exact.orders import assert_order
 from verification.exact.runs import started
 from verification.exact.surface_wall import (

@@ -68,4 +68,4 @@ def test_every_cited_equation_is_in_the_documents() -> None:
 def test_page_has_a_line_for_each() -> None:
     lines = [line for line in page().splitlines() if line.startswith("| (")]
     assert len(lines) == 13
-    assert "wall/passive.py" in lines[3]
+    assert "wall/laws/tong_fung.py" in lines[3]

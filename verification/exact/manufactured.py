@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from peristalsis.errors import DivergenceError
 from peristalsis.model.equilibrium import CONVERGED, REASONS, LumenConstants, PelletConstants, Step, solve_equilibrium
 from peristalsis.numerics.rates import rate_formula
-from peristalsis.wall.membrane import WallConstants
+from peristalsis.wall.constants import WallConstants
 
 from .wall import assembled, gradient
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from peristalsis.wall import assembly, membrane
-from peristalsis.wall.membrane import WallConstants
+from peristalsis.wall.constants import WallConstants
 
 from .wall import assembled
 
@@ -44,8 +44,9 @@ def assemble(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, c1
     def law(l: float, c: float, _: object) -> tuple[float, float, float, float, float]:
         return energy_derivatives(l, c, c1, c2)
 
-    tensions = _uncompiled(membrane.nominal_tensions, passive_tension=law)
-    corners = _uncompiled(assembly.corner_tensions, nominal_tensions=tensions)
+    tensions = _uncompiled(membrane.tensions, passive_tension=law)
+    nominal = _uncompiled(membrane.nominal_tensions, tensions=tensions)
+    corners = _uncompiled(assembly.corner_tensions, nominal_tensions=nominal)
     forces = _uncompiled(assembly.wall_forces, corner_tensions=corners)
     return assembled(rho, zeta, wall, pressure=pressure, forces=forces)
 

@@ -11,10 +11,9 @@ from peristalsis.geometry.surface import add_volume_tangent, column_angles, volu
 from peristalsis.model.model import Model
 from peristalsis.model.state import WallState
 from peristalsis.numerics.ring_blocks import RingOperator, bending_weight, multiply, pad
-from peristalsis.wall.membrane import WallConstants
+from peristalsis.wall.constants import SurfaceConstants, WallConstants
 from peristalsis.wall.surface import add_edge_forces, add_edge_tangent, load_edges, measure_edges, new_edges
 from peristalsis.wall.surface_regularisers import (
-    SurfaceConstants,
     add_regulariser_forces,
     add_shear_tangent,
     bending_along,

@@ -35,7 +35,7 @@ from peristalsis.wall.assembly import (
     wall_forces,
     wall_tangent,
 )
-from peristalsis.wall.membrane import WallConstants
+from peristalsis.wall.constants import WallConstants
 from peristalsis.wall.passive import PassiveConstants
 
 from .runs import EXACT, configured

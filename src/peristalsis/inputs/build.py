@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from functools import cache
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -12,9 +14,11 @@ from ..control.pacemaker import Outlet, Source
 from ..control.pulses import Listed, Pulse, listed
 from ..control.reflex import Reflex
 from ..control.sequence import Trigger
+from ..errors import ConfigurationError, shown
 from ..geometry.grid import Grid
 from ..model.constants import LumenConstants, PelletConstants
 from ..model.model import ExplicitScheme, Layer, Model, Network, PacemakerCell, Response
+from ..numerics.binding import Binding, bind
 from ..pellet import sphere
 from ..pellet.friction import FrictionLaw
 from ..tissue.cell import PLANT, SHIPPED_CELL, Cell, described
@@ -22,15 +26,20 @@ from ..tissue.cells.plant import CHANNELS, CellConstants
 from ..tissue.surface import Conductivities
 from ..units import to_internal
 from ..wall.active import ActiveConstants
-from ..wall.membrane import WallConstants
-from ..wall.passive import PassiveConstants
-from ..wall.surface_regularisers import SurfaceConstants
+from ..wall.checking import faults
+from ..wall.constants import SurfaceConstants, WallConstants
 from .config import Configuration
 from .config import Layer as LayerConfiguration
+from .parts import SHIPPED as SHIPPED_PARTS
 from .parts import find
 from .regions.sampling import factor_field
 
 Floats = NDArray[np.float64]
+
+
+def bound_to(configuration: Configuration) -> Binding:
+    """The kernels of wall, pellet and step with the parts that a configuration chooses in their slots."""
+    return bind({"wall.laws.tong_fung": find("law", configuration.wall.law).file})
 
 
 def build(configuration: Configuration, like: Model | None = None, since: Configuration | None = None) -> Model:
@@ -40,6 +49,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
     configuration that it was built from; parts whose section is the same object are taken over.
     """
     c = configuration
+    binding = bound_to(c)
 
     def same(*sections: str) -> bool:
         return since is not None and all(getattr(c, name) is getattr(since, name) for name in (*sections, "regions"))
@@ -50,7 +60,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         grid=grid,
         longitudinal=like.longitudinal if like and same("longitudinal", "parts") else _layer(c, "longitudinal", grid),
         circular=like.circular if like and same("circular", "parts") else _layer(c, "circular", grid),
-        wall=like.wall if like and same("wall", "longitudinal", "circular") else _wall(c, grid),
+        wall=like.wall if like and same("wall", "longitudinal", "circular", "parts") else _wall(c, grid, binding),
         pellet=PelletConstants(
             present=c.pellet.enabled,
             radius=c.pellet.radius,
@@ -109,6 +119,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         stimuli_longitudinal=like.stimuli_longitudinal if like and same("stimuli") else _listed(c, "longitudinal"),
         stimuli_circular=like.stimuli_circular if like and same("stimuli") else _listed(c, "circular"),
         network=like.network if like and same("network", "parts") else _network(c, grid),
+        binding=binding,
     )
 
 
@@ -251,7 +262,35 @@ def _factors(
     return 1.0 if field is None else field
 
 
-def _wall(c: Configuration, grid: Grid) -> WallConstants:
+def _passive(c: Configuration, binding: Binding) -> Any:
+    """The `PassiveConstants` of the chosen law."""
+    w, part = c.wall, find("law", c.wall.law)
+    try:
+        law = binding.module("wall.passive")
+    except Exception as error:  # whatever the user's file does when it is imported
+        raise ConfigurationError(
+            f"wall.law = {part.name}: {shown(str(part.file))} cannot be taken up: {shown(str(error), 200)}; a law has "
+            "PassiveConstants and strain_energy"
+        ) from None
+    if part.name == SHIPPED_PARTS["law"]:
+        return law.PassiveConstants(w.c1, w.c2, w.c3, w.c4, w.c5, w.c6, w.c10)
+    fault = None if part.origin == "peristalsis" else _fault(law)
+    if fault is not None:
+        raise ConfigurationError(f"wall.law = {part.name}: {shown(str(part.file))}: {fault}; correct the file")
+    return law.PassiveConstants(**c.part_numbers("wall", part))
+
+
+@cache
+def _fault(law: ModuleType) -> str | None:
+    """What is wrong with a law from outside of the package, at the values that it declares; None if nothing is."""
+    try:
+        found = faults(law, law.PassiveConstants(*(one.value for one in law.PARAMETERS)))
+    except Exception as error:  # whatever numba or the user's formulas say
+        return f"its functions cannot be used: {shown(str(error), 300)}"
+    return found[0] if found else None
+
+
+def _wall(c: Configuration, grid: Grid, binding: Binding) -> WallConstants:
     w = c.wall
     return WallConstants(
         radius=w.radius,
@@ -265,7 +304,7 @@ def _wall(c: Configuration, grid: Grid) -> WallConstants:
         fold_stretch=w.fold_stretch,
         fold_tension=w.fold_tension,
         published=w.tension == "published",
-        passive=PassiveConstants(w.c1, w.c2, w.c3, w.c4, w.c5, w.c6, w.c10),
+        passive=_passive(c, binding),
         longitudinal=ActiveConstants(c.longitudinal.c7, c.longitudinal.c8, c.longitudinal.c9),
         circular=ActiveConstants(c.circular.c7, c.circular.c8, c.circular.c9),
     )

@@ -26,7 +26,7 @@ LARGEST_GRID = 2_000_000  # nodes of both grids together
 MOST_STEPS = 100_000_000
 MOST_MICRO_STEPS = 100_000_000_000
 LARGEST_OUTPUT = 2_000_000_000  # bytes kept in memory and written
-LARGEST_STRETCH = 2.2  # pellet radius over tube radius; the exponential law is astronomical beyond
+LARGEST_STRETCH = 2.2  # pellet radius over tube radius; the exponential of the paper's law is astronomical beyond
 
 
 def check(config: Configuration) -> None:
@@ -294,7 +294,7 @@ def _check_pellet(config: Configuration) -> None:
             "use open, or pellet.friction_frame = rest",
         )
     stretch = pellet.radius / wall.radius
-    if stretch > LARGEST_STRETCH:
+    if wall.law == SHIPPED["law"] and stretch > LARGEST_STRETCH:  # any other law says it at the start of the run
         _refuse(
             "pellet.radius",
             f"{pellet.radius} cm",

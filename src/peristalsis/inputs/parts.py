@@ -138,10 +138,7 @@ def _shipped() -> tuple[Part, ...]:
     return (*missing, *found)
 
 
-_IN_THEIR_SLOTS = (
-    ("law", "tong_fung", "exponential law of Tong and Fung, as in the paper", "wall/passive.py"),
-    ("shape", "sphere", "sphere", "pellet/sphere.py"),
-)
+_IN_THEIR_SLOTS = (("shape", "sphere", "sphere", "pellet/sphere.py"),)
 
 
 def _installed() -> Iterator[tuple[Path, str]]:

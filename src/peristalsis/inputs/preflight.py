@@ -8,19 +8,17 @@ import shutil
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..errors import ConfigurationError, DivergenceError, shown
 from ..model.ends import BULGE, bulges
-from ..model.explicit_limits import Limits, limits
+from ..model.explicit_limits import Limits
 from ..model.model import Model
 from ..model.state import State
-from ..model.step import advance
 from ..numerics.roots import find_root
 from ..tissue.resolution import columns_for_speed, front_foot, relative_front_speed
-from ..wall.active import ActiveConstants, active_tension
-from ..wall.membrane import nominal_tensions
 from . import asked
 from .build import build, diffusivity
 from .config import Configuration
@@ -81,9 +79,13 @@ def end_length(model: Model, stretch: float = 1.0) -> float | None:
     Eqs. (14), (15) and (35). None where the tube is slack along z, or has no stable state.
     """
     wall, pressure = model.wall, model.lumen.pressure
+    nominal_tensions = model.binding.module("wall.membrane").nominal_tensions
 
     def tensions(hoop: float) -> tuple[float, float, float, float, float, float]:
-        return nominal_tensions(stretch, hoop, 0.0, 0.0, 0.0, 0.0, 0.0, wall)
+        found: tuple[float, float, float, float, float, float] = nominal_tensions(
+            stretch, hoop, 0.0, 0.0, 0.0, 0.0, 0.0, wall
+        )
+        return found
 
     def excess(hoop: float) -> float:
         return float(tensions(hoop)[1] - pressure * wall.radius * stretch * hoop)
@@ -108,8 +110,9 @@ def largest_pull(model: Model) -> float:
     its ends are held; the ring squeezes the pellet out by at most pi R N_c, at no more than the pellet's girth.
     """
     pellet, wall = model.pellet, model.wall
+    active_tension = model.binding.module("wall.active").active_tension
 
-    def best(muscle: ActiveConstants, force: float, threshold: float, longest: float) -> float:
+    def best(muscle: Any, force: float, threshold: float, longest: float) -> float:
         parabola = max(active_tension(float(stretch), muscle)[0] for stretch in np.linspace(0.2, longest, 200))
         return force * max(PEAK - threshold, 0.0) * parabola
 
@@ -191,7 +194,8 @@ def check_explicit_step(configuration: Configuration, model: Model, state: State
 
     The limit may still fall in a run, where the wall shortens or widens; the guards watch for that.
     """
-    given, allowed = configuration.step.explicit, limits(model, state)
+    given = configuration.step.explicit
+    allowed = model.binding.module("model.explicit_limits").limits(model, state)
     if given * 1e-3 <= allowed.least:
         return
     least = 1e3 * configuration.solver.explicit_safety * allowed.least
@@ -229,7 +233,7 @@ TIMED = 2000
 
 def expected_effort(configuration: Configuration, model: Model, state: State) -> Effort:
     """Time a short piece of an explicit run, to say beforehand how long all of it would take if it ran to its end."""
-    scheme, allowed = model.explicit, limits(model, state)
+    scheme, allowed = model.explicit, model.binding.module("model.explicit_limits").limits(model, state)
     if scheme is None:
         raise ValueError("the model has no explicit scheme: set solver.integrator = explicit")
     dt_cell = model.dt_wall / model.substeps
@@ -239,6 +243,7 @@ def expected_effort(configuration: Configuration, model: Model, state: State) ->
         piece = replace(model, dt_wall=dt_cell * share, substeps=1, explicit=scheme._replace(micro=TIMED))
     else:
         piece = model
+    advance = model.binding.module("model.step").advance
     advance(piece, state)  # tables and memory are made in the first one
     begin = time.perf_counter()
     _, report = advance(piece, state)

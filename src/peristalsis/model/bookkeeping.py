@@ -14,9 +14,10 @@ from ..geometry.tube import lumen_volume
 from ..numerics.compiled import INDEX, compiled
 from ..numerics.reductions import total
 from ..pellet.contact import smallest_gap
-from ..wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL, WallConstants, tension_parts
+from ..wall.constants import WallConstants
+from ..wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL, tension_parts
+from ..wall.unpacking import unpack_wall
 from .arrays import WallArrays
-from .constants import unpack_wall
 
 STRETCH, HOOP, STRETCH_RATE, HOOP_RATE, DRIVES, RHO, ZETA = 0, 1, 2, 3, 4, 8, 9
 ROWS = 10

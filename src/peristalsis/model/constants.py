@@ -13,9 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..numerics.compiled import compiled
-from ..wall.active import ActiveConstants
-from ..wall.membrane import WallConstants
-from ..wall.passive import PassiveConstants
+from ..wall.constants import WallConstants
 
 
 class PelletConstants(NamedTuple):
@@ -69,17 +67,6 @@ def _numbers(part: Any) -> list[float]:
     if isinstance(part, tuple):
         return [number for inner in part for number in _numbers(inner)]
     return [float(part)]
-
-
-@compiled
-def unpack_wall(p: np.ndarray) -> WallConstants:
-    """The wall's constants from what `packed` made of them."""
-    return WallConstants(
-        p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10] != 0.0,
-        PassiveConstants(p[11], p[12], p[13], p[14], p[15], p[16], p[17]),
-        ActiveConstants(p[18], p[19], p[20]),
-        ActiveConstants(p[21], p[22], p[23]),
-    )  # fmt: skip
 
 
 @compiled

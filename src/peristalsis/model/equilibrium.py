@@ -42,8 +42,9 @@ from ..wall.assembly import (
     wall_forces,
     wall_tangent,
 )
-from ..wall.membrane import WallConstants
-from .constants import LumenConstants, PelletConstants, Step, packed, unpack_lumen, unpack_pellet, unpack_wall
+from ..wall.constants import WallConstants
+from ..wall.unpacking import unpack_wall
+from .constants import LumenConstants, PelletConstants, Step, packed, unpack_lumen, unpack_pellet
 from .rounding import at_rounding
 
 __all__ = ["LumenConstants", "PelletConstants", "Step", "solve_equilibrium", "solve_packed", "workspace"]

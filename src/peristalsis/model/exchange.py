@@ -8,7 +8,7 @@ import numpy as np
 
 from ..numerics.compiled import compiled, inlined
 from ..numerics.transfer import Overlap, average
-from ..wall.active import ActiveConstants, active_tension
+from ..wall.active import active_tension, unpack_active
 
 
 @inlined
@@ -93,7 +93,7 @@ def active_force(
 ) -> None:
     """phi+ times the active tension of the longitudinal layer at the conduction cells [mN/cm], (n_z, n_theta).
 
-    muscle: c7, c8, c9 of Eq. (5). This is what the trigger rule `active` reads, before any factor on the force.
+    muscle: the constants of the active law. This is what the trigger rule `active` reads, before any factor on force.
     """
     stretch = np.empty((position.shape[0] - 1, position.shape[1]))
     for e in range(stretch.shape[0]):
@@ -108,7 +108,7 @@ def active_force_at(
     stretch: np.ndarray, potential: np.ndarray, threshold: float, muscle: np.ndarray, out: np.ndarray
 ) -> None:
     """`active_force` where the stretch at the cells is known; `out` may be `stretch` itself."""
-    constants = ActiveConstants(muscle[0], muscle[1], muscle[2])
+    constants = unpack_active(muscle, 0)
     for t in range(out.shape[0]):
         for j in range(out.shape[1]):
             force, _ = active_tension(stretch[t, j], constants)

@@ -19,8 +19,8 @@ from ..pellet.penalty import penalty_contact
 from ..tissue.cells import plant as cell
 from ..tissue.cells.plant import CellConstants
 from ..tissue.explicit_sheet import Excitable, excite
+from ..wall.constants import WallConstants
 from ..wall.explicit import INSIDE, add_bending_forces, add_pressure_forces, add_tension_forces
-from ..wall.membrane import WallConstants
 from .equilibrium import LumenConstants, PelletConstants
 
 DONE, LONGITUDINAL, CIRCULAR, STRETCH, VOLUME = range(5)

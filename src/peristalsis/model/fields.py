@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL, WallConstants, element_stretch, wall_tension
+from ..wall.constants import WallConstants
+from ..wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL, element_stretch, wall_tension
 from .bookkeeping import EndReactions, reactions
 from .constants import packed
 from .state import WallState

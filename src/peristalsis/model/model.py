@@ -15,14 +15,14 @@ from ..control.reflex import Reflex
 from ..control.sequence import Trigger
 from ..errors import DivergenceError
 from ..geometry.grid import Grid
+from ..numerics.binding import SHIPPED, Binding
 from ..numerics.stabilised import coefficients, stages_for
 from ..pellet.friction import CONSTANT, FrictionLaw
 from ..tissue.cell import SHIPPED_CELL, Cell
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
 from ..tissue.surface import Conductivities, stability_rate
-from ..wall.membrane import WallConstants
-from ..wall.surface_regularisers import SurfaceConstants
+from ..wall.constants import SurfaceConstants, WallConstants
 from .constants import LumenConstants, PelletConstants
 
 Floats = NDArray[np.float64]
@@ -143,7 +143,8 @@ class Model:
 
     start_position: pellet centre before t = 0 [cm]. free_radius: of the pellet-free tube at p0 [cm], at the nodes.
     surface, sideways_friction [mN s/cm]: of a wall on the whole surface; None keeps the pellet on the axis.
-    explicit: None for the implicit wall. stimuli_longitudinal, stimuli_circular: those at listed times.
+    explicit: None for the implicit wall. stimuli_longitudinal, stimuli_circular: those at listed times. binding: of the
+    kernels to the chosen law and shape.
     """
 
     grid: Grid
@@ -174,6 +175,7 @@ class Model:
     stimuli_longitudinal: Listed = NO_PULSES
     stimuli_circular: Listed = NO_PULSES
     network: Network | None = None
+    binding: Binding = SHIPPED
 
     @property
     def dt_cell(self) -> float:

@@ -22,7 +22,8 @@ from ..wall.assembly import (
     HISTORY_HOOP,
     HISTORY_STRETCH,
 )
-from ..wall.membrane import LARGEST_STRETCH, SMALLEST_STRETCH, WallConstants, nominal_tensions
+from ..wall.constants import WallConstants
+from ..wall.membrane import LARGEST_STRETCH, SMALLEST_STRETCH, nominal_tensions
 
 JUMP = 0.5
 """Change of drive in a step [mV] beyond which an element is treated by itself."""

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..numerics.roots import find_root
-from ..wall.membrane import LARGEST_STRETCH, WallConstants, nominal_tensions
-from ..wall.passive import LARGEST_EXPONENT, passive_tension
+from ..wall.constants import WallConstants
+from ..wall.membrane import LARGEST_STRETCH, nominal_tensions
+from ..wall.passive import LIMIT, STIFFER_ALONG, STIFFER_AROUND, admissible, passive_tension, strain_energy
 from .model import Model
 
 Floats = NDArray[np.float64]
@@ -17,7 +18,7 @@ Floats = NDArray[np.float64]
 PLACES = 400
 """Stretches at which the wall's law is looked at."""
 NEAR = 0.95
-"""A stretch or an exponent above this share of its limit counts as at the limit."""
+"""A stretch, or the square of a strain, above this share of its limit counts as at the limit."""
 LARGEST_TENSION = 1e9
 """Hoop tension [mN/cm] from which rounding can be too large for a state of rest to be told."""
 ALONG = "tension along the tube"
@@ -50,9 +51,14 @@ def hoop_tension(wall: WallConstants, radius: float) -> float:
 
 
 def trusted_stretch(wall: WallConstants) -> float:
-    """Circumferential stretch at which the law of Eq. (4) is cut off, at longitudinal stretch 1."""
-    c5 = wall.passive.c5
-    return min(LARGEST_STRETCH, 1.0 + math.sqrt(LARGEST_EXPONENT / c5)) if c5 > 0.0 else LARGEST_STRETCH
+    """Circumferential stretch at which the passive law ends, at longitudinal stretch 1."""
+    low, high = 1.0, LARGEST_STRETCH
+    if admissible(1.0, high, wall.passive):
+        return high
+    while high - low > 1e-12:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if admissible(1.0, middle, wall.passive) else (low, middle)
+    return low
 
 
 def of_pressure(model: Model, reached: float, state: tuple[Floats, Floats, Floats]) -> str:
@@ -82,7 +88,7 @@ def of_pellet(model: Model, reached: float, state: tuple[Floats, Floats, Floats]
     trusted = trusted_stretch(wall)
     tension = hoop_tension(wall, radius)
     if stretch > trusted:
-        cause = f"its circumferential stretch of {stretch:.3g} is beyond {trusted:.3g}, where Eq. (4) is cut off"
+        cause = f"its circumferential stretch of {stretch:.3g} is beyond {trusted:.3g}, where {LIMIT}"
     elif tension > LARGEST_TENSION:
         cause = (
             f"at its circumferential stretch of {stretch:.3g} the passive hoop tension is {tension:.2g} mN/cm, whose "
@@ -110,14 +116,11 @@ def _cause(model: Model, state: tuple[Floats, Floats, Floats], pressure: float) 
     wall, (rho, zeta, speed) = model.wall, state
     along = np.hypot(np.diff(rho), np.diff(zeta)) / wall.element_size
     around = rho / wall.radius
-    p = wall.passive
-    el, ec = along - 1.0, np.maximum(np.abs(around[1:] - 1.0), np.abs(around[:-1] - 1.0))
-    exponent = p.c4 * el * el + p.c5 * ec * ec + 2.0 * p.c6 * el * ec
-    worst = int(np.argmax(exponent))
-    if exponent[worst] > NEAR * LARGEST_EXPONENT:
+    worst = _at_the_end_of_the_law(wall, along, around)
+    if worst is not None:
         return (
             f"at z = {zeta[worst]:.3g} cm its stretches, {along[worst]:.3g} along and {around[worst]:.3g} around the "
-            f"tube, come to where the exponential of Eq. (4) ends (e^{LARGEST_EXPONENT:g})"
+            f"tube, come to where {LIMIT}"
         )
     for name, values in (("longitudinal", along), ("circumferential", around)):
         worst = int(np.argmax(values))
@@ -143,6 +146,17 @@ def _cause(model: Model, state: tuple[Floats, Floats, Floats], pressure: float) 
     return f"the wall keeps moving, by {speed[fastest]:.2g} cm/s at z = {zeta[fastest]:.3g} cm, in whatever step"
 
 
+def _at_the_end_of_the_law(wall: WallConstants, along: Floats, around: Floats) -> int | None:
+    """The element of largest energy among those whose strains, a little larger, would be beyond the passive law."""
+    further = NEAR**-0.5
+    energies: dict[int, float] = {}
+    for e, stretch in enumerate(along):
+        for hoop in (float(around[e]), float(around[e + 1])):
+            if not admissible(1.0 + further * (stretch - 1.0), 1.0 + further * (hoop - 1.0), wall.passive):
+                energies[e] = max(energies.get(e, -math.inf), strain_energy(stretch, hoop, wall.passive))
+    return max(energies, key=lambda e: energies[e]) if energies else None
+
+
 def resting_tension_along(model: Model, pressure: float) -> tuple[float, float]:
     """(T_l [mN/cm] of Eq. (3), circumferential stretch) of the long passive tube at a pressure and length 1."""
     wall = model.wall
@@ -155,5 +169,5 @@ def resting_tension_along(model: Model, pressure: float) -> tuple[float, float]:
 
 def _fix(cause: str) -> str:
     if ALONG in cause:
-        return "lower the pressure, or let the wall resist along the tube (wall.c1, wall.c3, wall.c6, wall.slack_slope)"
-    return "lower the pressure or stiffen the wall (wall.c2, wall.c5, wall.c10)"
+        return f"lower the pressure, or let the wall resist along the tube ({STIFFER_ALONG}, wall.slack_slope)"
+    return f"lower the pressure or stiffen the wall ({STIFFER_AROUND})"

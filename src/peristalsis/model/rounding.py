@@ -13,7 +13,7 @@ import numpy as np
 
 from ..numerics.compiled import INDEX, compiled
 from ..wall.assembly import FORCE_R, FORCE_Z, LEFT, RIGHT_CORNER, STRETCH, VOLUME_R, VOLUME_Z
-from ..wall.membrane import WallConstants
+from ..wall.constants import WallConstants
 
 UNIT_ROUNDOFF = 2.0**-53
 ALLOWANCE = 2.0

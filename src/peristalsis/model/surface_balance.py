@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ..geometry.surface import surface_volume, to_frames
 from ..numerics.compiled import compiled
-from ..wall.membrane import PARTS, WallConstants
-from ..wall.surface_regularisers import SurfaceConstants
+from ..wall.constants import SurfaceConstants, WallConstants
+from ..wall.membrane import PARTS
 from .state import WallState
 from .surface_fields import corner_of_surface, padded_frames, regulariser_forces, surface_stretches
 

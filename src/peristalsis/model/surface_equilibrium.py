@@ -22,10 +22,9 @@ from ..numerics.ring_blocks import RingOperator, multiply, multiply_transposed, 
 from ..numerics.ring_solver import Constraint, RingSolver, add_normal, project
 from ..pellet.friction import held_by_ends, sliding_velocity
 from ..pellet.surface_contact import force_on_pellet, measure_contact
-from ..wall.membrane import WallConstants
+from ..wall.constants import SurfaceConstants, WallConstants
 from ..wall.surface import Edges, add_edge_forces, add_edge_tangent, load_edges, measure_edges, new_edges
 from ..wall.surface_regularisers import (
-    SurfaceConstants,
     add_regulariser_forces,
     add_shear_tangent,
     bending_along,

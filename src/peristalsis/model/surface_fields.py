@@ -16,9 +16,10 @@ from ..geometry.surface import equivalent_radius, rates_to_frames, to_frames
 from ..numerics.compiled import compiled
 from ..numerics.ring_blocks import pad
 from ..pellet.surface_contact import measure_contact
-from ..wall.membrane import PARTS, TOTAL_LONGITUDINAL, WallConstants, corner_tension
+from ..wall.constants import SurfaceConstants, WallConstants
+from ..wall.membrane import PARTS, TOTAL_LONGITUDINAL, corner_tension
 from ..wall.surface import measure_edges, new_edges
-from ..wall.surface_regularisers import SurfaceConstants, add_regulariser_forces, patch_shear
+from ..wall.surface_regularisers import add_regulariser_forces, patch_shear
 from .state import PelletState, WallState
 
 Floats = NDArray[np.float64]

@@ -12,8 +12,9 @@ from ..numerics.rates import RateFormula, rate_formula
 from ..numerics.ring_blocks import pad
 from ..pellet.friction import held_by_ends, sliding_velocity
 from ..pellet.surface_contact import force_on_pellet, measure_contact
+from ..wall.constants import SurfaceConstants
 from ..wall.surface import measure_edges, new_edges
-from ..wall.surface_regularisers import SurfaceConstants, patch_shear
+from ..wall.surface_regularisers import patch_shear
 from .equilibrium import CONVERGED, OUT_OF_RANGE, ROUNDED, Step, solve_equilibrium
 from .friction import friction_ahead
 from .model import Model

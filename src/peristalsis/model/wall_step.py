@@ -11,8 +11,9 @@ from ..pellet.contact import axial_force
 from ..pellet.friction import FrictionLaw, friction_of_step, held_by_ends, pressed_on_end, sliding_velocity
 from ..wall.assembly import HISTORY_HOOP, HISTORY_R, HISTORY_STRETCH, HISTORY_Z, set_drives
 from ..wall.membrane import element_stretch
+from ..wall.unpacking import unpack_wall
 from .arrays import NewWall, WallArrays
-from .constants import PELLET_DRY, unpack_pellet, unpack_wall
+from .constants import PELLET_DRY, unpack_pellet
 from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, ROUNDED, TANGENT, VELOCITY_R, WEIGHT, solve_packed
 from .predictor import fit_lengths
 

@@ -9,6 +9,7 @@ environments and notebooks share one cache. Where no folder can be written, kern
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import tempfile
@@ -45,6 +46,9 @@ def _import_numba() -> Any:
 
 
 numba = _import_numba()
+
+fixed_tuple: Callable[[Any, int], tuple[float, ...]] = importlib.import_module("numba.np.unsafe.ndarray").to_fixed_tuple
+"""For kernels: the first so many entries of an array, a number known when they are compiled, as a tuple."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

@@ -53,7 +53,7 @@ def start_remarks(model: Model) -> list[str]:
             f"start: the inflated tube is lopsided, though nothing in it is (its pellet-free radius and that of its "
             f"mirror image differ by up to {10.0 * apart.max():.2g} mm): the pressure lengthens it beyond its clamped "
             "rings, there is more than one equilibrium, and grid and rounding chose this one; lower lumen.pressure or "
-            "stiffen the wall (wall.c1, wall.c10), and take no number from this run"
+            "stiffen the passive wall, and take no number from this run"
         )
     if model.pellet.present and model.reflex.enabled:
         margin = model.pellet.radius / float(np.median(model.free_radius)) / model.reflex.threshold - 1.0

@@ -59,8 +59,8 @@ def _forces(summary: Mapping[str, Any]) -> list[str]:
     if force is None or force <= LARGEST_NORMAL_FORCE:
         return []
     return [
-        f"max_normal_force_mN = {force:.2g}: the wall is stretched far into the exponential of its law, beyond what "
-        "any tissue bears; use a smaller pellet.radius, or lower wall.c5 and wall.c10"
+        f"max_normal_force_mN = {force:.2g}: the wall is stretched far into the steep part of its law, beyond what "
+        "any tissue bears; use a smaller pellet.radius, or a softer passive wall"
     ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 
 from ..model.balance import Momentum
 from ..model.bookkeeping import ContactSummary, EndReactions
-from ..model.fields import contact_pressure, corner_tensions, nodal_stretches, nodal_tensions
 from ..model.friction import dry_friction_now, end_reaction, sliding_speed
 from ..model.model import Layer, Model
 from ..model.state import SheetState, State
@@ -60,6 +60,10 @@ class Moment:
         self.state = state
         self._cells = cells
 
+    @property
+    def _fields(self) -> ModuleType:
+        return self.model.binding.module("model.fields")
+
     @cached_property
     def viscous_force(self) -> float:
         """Viscous friction on the pellet [mN]."""
@@ -77,7 +81,8 @@ class Moment:
 
     @cached_property
     def _tensions(self) -> Floats:
-        return nodal_tensions(corner_tensions(self.state.wall, self.model.wall))
+        found: Floats = self._fields.nodal_tensions(self._fields.corner_tensions(self.state.wall, self.model.wall))
+        return found
 
     def tension(self, part: str, layer: str) -> Floats:
         """A tension at the wall nodes [mN/cm], (n_z_wall + 1, n_theta); part: passive, active or total."""
@@ -86,12 +91,13 @@ class Moment:
     @cached_property
     def stretches(self) -> Stretches:
         """Both stretches at the wall nodes."""
-        return Stretches(*nodal_stretches(self.state.wall, self.model.wall))
+        return Stretches(*self._fields.nodal_stretches(self.state.wall, self.model.wall))
 
     @property
     def contact_pressure(self) -> Floats:
         """Contact pressure at the wall nodes [mN/cm^2], (n_z_wall + 1, n_theta)."""
-        return contact_pressure(self.state.wall, self.model.wall)
+        found: Floats = self._fields.contact_pressure(self.state.wall, self.model.wall)
+        return found
 
     def sheet(self, layer: str) -> SheetState:
         """Cells of the longitudinal or the circular layer, or of the network."""

@@ -17,7 +17,6 @@ from ..model.ends import ANALLY, ORALLY, passages
 from ..model.model import Model
 from ..model.state import State
 from ..model.step import StepReport
-from ..model.step_summary import summary_of_step
 from ..names import OUTPUTS, PROBES, SCALARS, Output
 from ..results.moment import Done, Moment, StepMoment
 
@@ -63,11 +62,12 @@ class ScalarRecorder:
 
     def start(self, model: Model, state: State) -> None:
         """Record the initial state."""
-        self._record(StepMoment(model, state, summary_of_step(model, state, state), 0, self.done))
+        summary = model.binding.module("model.step_summary").summary_of_step(model, state, state)
+        self._record(StepMoment(model, state, summary, 0, self.done))
 
     def see(self, model: Model, before: State, after: State, report: StepReport) -> str | None:
         """Add the work of the step and record its end."""
-        summary = summary_of_step(model, before, after)
+        summary = model.binding.module("model.step_summary").summary_of_step(model, before, after)
         work, done = summary.work, self.done
         self.done = Done(
             active=done.active + work.active,

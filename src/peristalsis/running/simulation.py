@@ -24,8 +24,6 @@ from ..inputs.config import ENDS, FIELDS, Configuration
 from ..inputs.protocols import changeable, values_at
 from ..inputs.recording import chosen, frames_apart, probe_names, whole_steps
 from ..model.ends import ANALLY, ORALLY
-from ..model.guards import advance_safely, violation
-from ..model.initial import initial_state
 from ..model.model import Model
 from ..model.state import PelletState, State
 from ..names import ACTIVATION, EVENTS
@@ -78,7 +76,8 @@ class Simulation:
         self._courses = configuration.time_courses()
         self._inputs = values_at(self._courses, 0.0)
         self._built_from = configuration.at_time(self._inputs)
-        self.model, self.state, remarks = initial_state(build(self._built_from))
+        model = build(self._built_from)
+        self.model, self.state, remarks = model.binding.module("model.initial").initial_state(model)
         if explicit:
             preflight.check_explicit_step(configuration, self.model, self.state)
         at_start = preflight.remarks_of_start(configuration, self.state)
@@ -214,7 +213,7 @@ class Simulation:
         except (DivergenceError, InterruptedRun) as error:
             self.failure = error
             self.error = str(error)
-            if self._checkpoints is not None and violation(self.model, self.state) is None:
+            if self._checkpoints is not None and self._violation() is None:
                 self._checkpoints.write(self.time, self.checkpoint())
         self._target = max(self._target, self.time)
         return self.result()
@@ -366,13 +365,18 @@ class Simulation:
         begin = time.perf_counter()
         if self._courses:
             self._follow_protocols()
-        after, report = advance_safely(self.model, before)
+        after, report = self.model.binding.module("model.guards").advance_safely(self.model, before)
         self._solver_seconds += time.perf_counter() - begin
         self.state = after
         for observer in self._observers:
             reason = observer.see(self.model, before, after, report)
             if reason is not None and self.stopped is None:
                 self._stop(reason)
+
+    def _violation(self) -> str | None:
+        """What is wrong with the state now; None if nothing is."""
+        found: str | None = self.model.binding.module("model.guards").violation(self.model, self.state)
+        return found
 
     def _stop(self, reason: str) -> None:
         """The run ends with this step."""
@@ -414,7 +418,7 @@ class Simulation:
 
     def _arrays(self) -> dict[str, Any]:
         grid, dt = self.model.grid, self.model.dt_wall
-        acceptable = violation(self.model, self.state) is None
+        acceptable = self._violation() is None
         steps, frames = self._fields.recorded(self.model, self.state if acceptable else None)
         arrays: dict[str, Any] = {
             "time": np.array(steps) * dt,

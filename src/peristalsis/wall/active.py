@@ -1,23 +1,23 @@
-"""Active tension of a muscle layer, Eqs. (5) and (19)."""
+"""The active law that the wall's kernels call, Eq. (5): the tension of a muscle layer against its stretch.
+
+The slot is `wall.muscles.parabola`: `bind({"wall.muscles.parabola": file})` puts another law there, one file with
+`ActiveConstants` and `active_tension`; see docs/laws.md.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import numpy as np
 
-from ..numerics.compiled import inlined
+from ..numerics.compiled import fixed_tuple, inlined
+from .muscles import parabola
 
-
-class ActiveConstants(NamedTuple):
-    """Parabola of Eq. (5): c7, c8, c9 in mN/(cm mV)."""
-
-    c7: float
-    c8: float
-    c9: float
+ActiveConstants = parabola.ActiveConstants
+active_tension = parabola.active_tension
+NUMBERS = len(ActiveConstants._fields)
+"""How many numbers a layer of muscle has."""
 
 
 @inlined
-def active_tension(stretch: float, c: ActiveConstants) -> tuple[float, float]:
-    """Active tension per mV of depolarisation and its derivative by the stretch [mN/(cm mV)], never negative."""
-    value = (c.c7 * stretch + c.c8) * stretch + c.c9
-    pulls = value > 0.0
-    return (value if pulls else 0.0), (2.0 * c.c7 * stretch + c.c8 if pulls else 0.0)
+def unpack_active(numbers: np.ndarray, first: int) -> ActiveConstants:
+    """The constants of a layer from `numbers[first:]`, in the order of their fields."""
+    return ActiveConstants(*fixed_tuple(numbers[first : first + NUMBERS], NUMBERS))

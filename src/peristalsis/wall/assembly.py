@@ -16,8 +16,9 @@ import numpy as np
 
 from ..numerics.block_band import DIAGONAL, FARTHEST, LAST, LOWER, UPPER
 from ..numerics.compiled import INDEX, compiled
-from .membrane import LARGEST_STRETCH, SMALLEST_STRETCH, WallConstants, nominal_tensions
-from .passive import LARGEST_EXPONENT
+from .constants import WallConstants
+from .membrane import LARGEST_STRETCH, SMALLEST_STRETCH, nominal_tensions
+from .passive import admissible
 
 (
     HISTORY_R,
@@ -84,7 +85,6 @@ def wall_forces(
     low, high, last = (first - 1) & INDEX, (last + 1) & INDEX, last & INDEX
     per_size = 1.0 / c.element_size
     per_radius = 1.0 / c.radius
-    p = c.passive
     good = 0
     for e in range(low, high):
         dr = rho[e + 1] - rho[e]
@@ -97,12 +97,9 @@ def wall_forces(
         work[TANGENT_Z, e] = dz * inverse
         a = rho[e] * per_radius
         b = rho[e + 1] * per_radius
-        el, ea, eb = stretch - 1.0, a - 1.0, b - 1.0
-        alone = p.c4 * el * el
         fits = (stretch > SMALLEST_STRETCH) & (stretch < LARGEST_STRETCH)
         fits = fits & (a > SMALLEST_STRETCH) & (a < LARGEST_STRETCH) & (b > SMALLEST_STRETCH) & (b < LARGEST_STRETCH)
-        fits = fits & (alone + p.c5 * ea * ea + 2.0 * p.c6 * el * ea <= LARGEST_EXPONENT)
-        fits = fits & (alone + p.c5 * eb * eb + 2.0 * p.c6 * el * eb <= LARGEST_EXPONENT)
+        fits = fits & admissible(stretch, a, c.passive) & admissible(stretch, b, c.passive)
         good += 1 if fits else 0
     if good != high - low:
         return False

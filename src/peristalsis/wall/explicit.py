@@ -10,11 +10,11 @@ import math
 
 import numpy as np
 
-from ..numerics.blend import floored, fold_resistance, positive_part
+from ..numerics.blend import fold_resistance
 from ..numerics.compiled import compiled
-from .active import active_tension
-from .membrane import LARGEST_STRETCH, SMALLEST_STRETCH, WallConstants, nominal_tensions
-from .passive import passive_tension
+from .constants import WallConstants
+from .membrane import LARGEST_STRETCH, SMALLEST_STRETCH, carried, nominal_tensions, tensions
+from .passive import admissible
 
 INSIDE = -1
 """What `add_tension_forces` returns when every stretch is in range."""
@@ -52,25 +52,27 @@ def add_tension_forces(
         tz = dz / length
         rate = (tr * (rho_rate[e + 1] - rho_rate[e]) + tz * (zeta_rate[e + 1] - zeta_rate[e])) * inverse
         stretch_rate[e] = rate
-        muscle = active_tension(stretch, c.longitudinal)[0]
-        fold = fold_resistance(stretch, c.fold_stretch, c.fold_tension)[0]
         axial = 0.0
         for corner in range(2):
             i = e + corner
             hoop = rho[i] * per_radius
-            if not (SMALLEST_STRETCH < hoop < LARGEST_STRETCH):
+            if not (SMALLEST_STRETCH < hoop < LARGEST_STRETCH and admissible(stretch, hoop, c.passive)):
                 return e
-            wl, wc, _, _, _ = passive_tension(stretch, hoop, c.passive)
-            tl = c.viscosity * rate + drive_longitudinal[2 * e + corner] * muscle + positive_part(wl, c.slack_blend)[0]
-            tc = c.viscosity * rho_rate[i] * per_radius + positive_part(wc, c.slack_blend)[0]
-            tc += drive_circular[2 * e + corner] * active_tension(hoop, c.circular)[0]
-            tl = floored(tl, c.slack_blend, c.slack_slope)[0] + fold
-            tc = floored(tc, c.slack_blend, c.slack_slope)[0] + fold_resistance(hoop, c.fold_stretch, c.fold_tension)[0]
-            if c.published:
-                tl *= hoop
-                tc *= stretch
-            axial += 0.5 * tl
-            force_rho[i] -= half * tc * per_radius
+            _, _, _, tl, pc, ac, _, _, _, _, _, _ = tensions(
+                stretch,
+                hoop,
+                rate,
+                rho_rate[i] * per_radius,
+                0.0,
+                drive_longitudinal[2 * e + corner],
+                drive_circular[2 * e + corner],
+                c,
+            )
+            # The same sum as that of `tensions`, rounded as this scheme has always rounded it.
+            fold, _ = fold_resistance(hoop, c.fold_stretch, c.fold_tension)
+            tc, _ = carried(c.viscosity * rho_rate[i] * per_radius, pc, ac, fold, c)
+            axial += 0.5 * (tl * hoop if c.published else tl)
+            force_rho[i] -= half * (tc * stretch if c.published else tc) * per_radius
         force_rho[e] += axial * tr
         force_zeta[e] += axial * tz
         force_rho[e + 1] -= axial * tr

@@ -7,36 +7,17 @@ one, rho/r0, to a node; each element has two corners of weight h/2. Forces on th
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from ..numerics.blend import floored, fold_resistance, positive_part
 from ..numerics.compiled import compiled, inlined
-from .active import ActiveConstants, active_tension
-from .passive import PassiveConstants, passive_tension
+from .active import active_tension
+from .constants import WallConstants
+from .passive import passive_tension
 
 SMALLEST_STRETCH, LARGEST_STRETCH = 0.02, 8.0
-"""Trial states outside are refused by the solver."""
-
-
-class WallConstants(NamedTuple):
-    """Everything the wall needs, in mN, cm, s, mV; `published` picks the tension convention of Eq. (35)."""
-
-    radius: float
-    element_size: float
-    viscosity: float
-    surface_density: float
-    bending_stiffness: float
-    bending_viscosity: float
-    slack_blend: float
-    slack_slope: float
-    fold_stretch: float
-    fold_tension: float
-    published: bool
-    passive: PassiveConstants
-    longitudinal: ActiveConstants
-    circular: ActiveConstants
+"""Trial states outside are refused by the solver, whatever the law; a law may end earlier (`passive.admissible`)."""
 
 
 @compiled
@@ -50,50 +31,6 @@ def element_stretch(rho: np.ndarray, zeta: np.ndarray, element_size: float, out:
         out[e] = stretch
         good += 1 if (stretch > SMALLEST_STRETCH) & (stretch < LARGEST_STRETCH) else 0
     return good >= rho.size - 1
-
-
-@inlined
-def nominal_tensions(
-    longitudinal: float,
-    circumferential: float,
-    rate_longitudinal: float,
-    rate_circumferential: float,
-    rate_slope: float,
-    drive_longitudinal: float,
-    drive_circular: float,
-    c: WallConstants,
-) -> tuple[float, float, float, float, float, float]:
-    """(N_l, N_c, N_ll, N_lc, N_cl, N_cc) at one corner: work conjugates of the stretches and their derivatives.
-
-    Rates are stretch rates [1/s], rate_slope their derivative by the stretch [1/s]; drives are factor * phi+ [mV].
-    """
-    wl, wc, wll, wlc, wcc = passive_tension(longitudinal, circumferential, c.passive)
-    pl, dpl = positive_part(wl, c.slack_blend)
-    pc, dpc = positive_part(wc, c.slack_blend)
-    al, dal = active_tension(longitudinal, c.longitudinal)
-    ac, dac = active_tension(circumferential, c.circular)
-    tl, dl = floored(c.viscosity * rate_longitudinal + drive_longitudinal * al + pl, c.slack_blend, c.slack_slope)
-    tc, dc = floored(c.viscosity * rate_circumferential + drive_circular * ac + pc, c.slack_blend, c.slack_slope)
-    viscous = c.viscosity * rate_slope
-    fold_l, dfold_l = fold_resistance(longitudinal, c.fold_stretch, c.fold_tension)
-    fold_c, dfold_c = fold_resistance(circumferential, c.fold_stretch, c.fold_tension)
-    tl += fold_l
-    tc += fold_c
-    tll = dl * (viscous + drive_longitudinal * dal + dpl * wll) + dfold_l
-    tlc = dl * dpl * wlc
-    tcl = dc * dpc * wlc
-    tcc = dc * (viscous + drive_circular * dac + dpc * wcc) + dfold_c
-    across_l = circumferential if c.published else 1.0
-    across_c = longitudinal if c.published else 1.0
-    turned = 1.0 if c.published else 0.0
-    return (
-        tl * across_l,
-        tc * across_c,
-        tll * across_l,
-        tlc * across_l + turned * tl,
-        tcl * across_c + turned * tc,
-        tcc * across_c,
-    )
 
 
 PARTS = 8
@@ -110,6 +47,96 @@ PARTS = 8
 
 
 @inlined
+def carried(one: float, two: float, three: float, fold: float, c: WallConstants) -> tuple[float, float]:
+    """What the shell carries of a sum of tensions, Eq. (15), with its fold, Eq. (36), and the slope by the sum."""
+    value, slope = floored(one + two + three, c.slack_blend, c.slack_slope)
+    return value + fold, slope
+
+
+@inlined
+def tensions(
+    longitudinal: float,
+    circumferential: float,
+    rate_longitudinal: float,
+    rate_circumferential: float,
+    rate_slope: float,
+    drive_longitudinal: float,
+    drive_circular: float,
+    c: WallConstants,
+) -> tuple[float, float, float, float, float, float, float, float, float, float, float, float]:
+    """The PARTS of Eq. (2) at one corner [mN/cm] in their order, then T_ll, T_lc, T_cl, T_cc of the totals.
+
+    Totals after the floor of Eq. (15), with the folds of Eq. (36). Rates are stretch rates [1/s], rate_slope their
+    derivative by the stretch [1/s]; drives are factor * phi+ [mV]. This is the one place where the tensions are
+    added up: what a caller does not read, the compiler drops.
+    """
+    wl, wc, wll, wlc, wcc = passive_tension(longitudinal, circumferential, c.passive)
+    pl, dpl = positive_part(wl, c.slack_blend)
+    pc, dpc = positive_part(wc, c.slack_blend)
+    ml, dml = active_tension(longitudinal, c.longitudinal)
+    mc, dmc = active_tension(circumferential, c.circular)
+    vl, vc = c.viscosity * rate_longitudinal, c.viscosity * rate_circumferential
+    al, ac = drive_longitudinal * ml, drive_circular * mc
+    fold_l, dfold_l = fold_resistance(longitudinal, c.fold_stretch, c.fold_tension)
+    fold_c, dfold_c = fold_resistance(circumferential, c.fold_stretch, c.fold_tension)
+    tl, dl = carried(vl, al, pl, fold_l, c)
+    tc, dc = carried(vc, ac, pc, fold_c, c)
+    viscous = c.viscosity * rate_slope
+    return (
+        pl,
+        al,
+        vl,
+        tl,
+        pc,
+        ac,
+        vc,
+        tc,
+        dl * (viscous + drive_longitudinal * dml + dpl * wll) + dfold_l,
+        dl * dpl * wlc,
+        dc * dpc * wlc,
+        dc * (viscous + drive_circular * dmc + dpc * wcc) + dfold_c,
+    )
+
+
+@inlined
+def nominal_tensions(
+    longitudinal: float,
+    circumferential: float,
+    rate_longitudinal: float,
+    rate_circumferential: float,
+    rate_slope: float,
+    drive_longitudinal: float,
+    drive_circular: float,
+    c: WallConstants,
+) -> tuple[float, float, float, float, float, float]:
+    """(N_l, N_c, N_ll, N_lc, N_cl, N_cc) at one corner: work conjugates of the stretches and their derivatives.
+
+    From the totals of `tensions` by the convention of Eq. (35).
+    """
+    _, _, _, tl, _, _, _, tc, tll, tlc, tcl, tcc = tensions(
+        longitudinal,
+        circumferential,
+        rate_longitudinal,
+        rate_circumferential,
+        rate_slope,
+        drive_longitudinal,
+        drive_circular,
+        c,
+    )
+    across_l = circumferential if c.published else 1.0
+    across_c = longitudinal if c.published else 1.0
+    turned = 1.0 if c.published else 0.0
+    return (
+        tl * across_l,
+        tc * across_c,
+        tll * across_l,
+        tlc * across_l + turned * tl,
+        tcl * across_c + turned * tc,
+        tcc * across_c,
+    )
+
+
+@inlined
 def tension_parts(
     stretch: float,
     hoop: float,
@@ -119,19 +146,16 @@ def tension_parts(
     drive_circular: float,
     c: WallConstants,
 ) -> tuple[float, float, float, float, float, float, float, float]:
-    """The PARTS of Eq. (2) at one corner [mN/cm], in their order; the totals after the floor of Eq. (15)."""
-    wl, wc, _, _, _ = passive_tension(stretch, hoop, c.passive)
-    passive_l, _ = positive_part(wl, c.slack_blend)
-    passive_c, _ = positive_part(wc, c.slack_blend)
-    muscle_l, _ = active_tension(stretch, c.longitudinal)
-    muscle_c, _ = active_tension(hoop, c.circular)
-    active_l, active_c = drive_longitudinal * muscle_l, drive_circular * muscle_c
-    viscous_l, viscous_c = c.viscosity * stretch_rate, c.viscosity * hoop_rate
-    total_l, _ = floored(passive_l + active_l + viscous_l, c.slack_blend, c.slack_slope)
-    total_c, _ = floored(passive_c + active_c + viscous_c, c.slack_blend, c.slack_slope)
-    fold_l, _ = fold_resistance(stretch, c.fold_stretch, c.fold_tension)
-    fold_c, _ = fold_resistance(hoop, c.fold_stretch, c.fold_tension)
-    return passive_l, active_l, viscous_l, total_l + fold_l, passive_c, active_c, viscous_c, total_c + fold_c
+    """The PARTS of Eq. (2) at one corner [mN/cm], in their order; see `tensions`.
+
+    The totals are added up in the order of the parts, as recorded runs have them: a reader's sum gives the same bits.
+    """
+    pl, al, vl, _, pc, ac, vc, _, _, _, _, _ = tensions(
+        stretch, hoop, stretch_rate, hoop_rate, 0.0, drive_longitudinal, drive_circular, c
+    )
+    tl, _ = carried(pl, al, vl, fold_resistance(stretch, c.fold_stretch, c.fold_tension)[0], c)
+    tc, _ = carried(pc, ac, vc, fold_resistance(hoop, c.fold_stretch, c.fold_tension)[0], c)
+    return pl, al, vl, tl, pc, ac, vc, tc
 
 
 @compiled

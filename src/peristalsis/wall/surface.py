@@ -15,8 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..numerics.compiled import compiled
-from .membrane import LARGEST_STRETCH, SMALLEST_STRETCH, WallConstants, nominal_tensions
-from .passive import LARGEST_EXPONENT, strain_energy
+from .constants import WallConstants
+from .membrane import LARGEST_STRETCH, SMALLEST_STRETCH, nominal_tensions
+from .passive import admissible, strain_energy
 
 
 class Edges(NamedTuple):
@@ -139,7 +140,7 @@ def load_edges(
     drive: np.ndarray,
     c: WallConstants,
 ) -> bool:
-    """Forces of all edges and their slopes from the tensions at the corners; False when the exponent is out of range.
+    """Forces of all edges and their slopes from the tensions at the corners; False where the law is not admissible.
 
     Histories from which rates are formed, Eq. (32): of the edges along z (n - 1, m) and around (n, m), [i, j] being
     the edge from column j to j + 1. drive: (2, 2n - 2, m) [mV], longitudinal and circular, of half elements.
@@ -149,7 +150,6 @@ def load_edges(
     h = c.element_size
     width = chord(c, m)
     weight = 0.25 * h
-    p = c.passive
     edges.axial_force[:, :] = 0.0
     edges.axial_slope[:, :] = 0.0
     edges.hoop_force[:, :] = 0.0
@@ -160,12 +160,10 @@ def load_edges(
             for j in range(m):
                 stretch = edges.stretch[e, j + 1]
                 rate = (stretch - stretch_history[e, j]) * rate_slope
-                el = stretch - 1.0
                 for side in range(2):
                     k = j + side
                     hoop = edges.hoop[i, k]
-                    ec = hoop - 1.0
-                    if p.c4 * el * el + p.c5 * ec * ec + 2.0 * p.c6 * el * ec > LARGEST_EXPONENT:
+                    if not admissible(stretch, hoop, c.passive):
                         return False
                     # The edge around at k in the padded row is that from column k - 1 to k.
                     nl, nc, nll, nlc, ncl, ncc = nominal_tensions(

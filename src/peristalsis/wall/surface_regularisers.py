@@ -7,23 +7,13 @@ both zero for ring-uniform motion without twist, and a weak foundation (the mese
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from ..numerics.compiled import compiled
 from ..numerics.ring_blocks import add_bending, add_tether
-from .membrane import WallConstants
+from .constants import SurfaceConstants, WallConstants
 from .surface import chord
-
-
-class SurfaceConstants(NamedTuple):
-    """Shear viscosity [mN s/cm], bending around the ring [mN cm] and its viscosity [mN s cm], foundation [mN/cm^3]."""
-
-    shear_viscosity: float = 0.005
-    bending_stiffness_around: float = 0.5
-    bending_viscosity_around: float = 1.0e-5
-    foundation: float = 100.0
 
 
 @compiled
