@@ -15,6 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from . import scenarios
 from .errors import ConfigurationError, PeristalsisError, shown
 from .inputs import parts
 from .inputs.parts import CODE_VARIABLE, Part
@@ -64,6 +65,17 @@ def load(file: str | PathLike[str]) -> Part | ModuleType:
             os.environ[CODE_VARIABLE] = os.pathsep.join([*filter(None, given), str(place)])
         _execute(place)
     return _executed[str(place)]
+
+
+def forget_all() -> None:
+    """Take out everything that was registered from files, scenarios and figures among it; outputs stay."""
+    from .plots import registry
+
+    os.environ.pop(CODE_VARIABLE, None)
+    parts.forget_all()
+    scenarios.forget_all()
+    registry.forget_all()
+    _executed.clear()
 
 
 def ready() -> None:

@@ -27,6 +27,7 @@ _INTERNAL = {
     DIMENSIONLESS: 1.0,
     "cm": 1.0,
     "cm^2/s": 1.0,
+    "s/cm": 1.0,
     "s": 1.0,
     "deg": math.pi / 180.0,
     "ms": 1e-3,

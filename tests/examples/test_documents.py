@@ -2,7 +2,7 @@
 
 Python blocks, and the commands in shell blocks, in indented lines and in running text, are carried out on tiny grids
 and for some milliseconds; TOML blocks are read as `validate` and `batch` read them. A block below the comment
-`<!-- not run: why -->` is left out.
+`<!-- not run: why -->` is left out, and one below `<!-- file: NAME -->` is a file that the reader makes.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import typer
 import benchmarks.command
 import peristalsis as ps
 import verification.command
-from peristalsis import names, scenarios
+from peristalsis import names, plugins, scenarios
 from peristalsis.cli.dispatch import dispatch
 from peristalsis.inputs.config import Configuration
 from peristalsis.many.plan import read_plan
@@ -31,7 +31,8 @@ from peristalsis.plots.scene import problem
 ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 STEP = re.compile(
-    r"(?P<not_run><!-- not run: \S[^>]*-->\s+)?^```(?P<language>\w+)\n(?P<block>.*?)^```"
+    r"(?P<not_run><!-- not run: \S[^>]*-->\s+)?(?:<!-- file: (?P<file>\w+\.\w+) -->\s+)?"
+    r"^```(?P<language>\w+)\n(?P<block>.*?)^```"
     r"|^    (?P<indented>(?:peristalsis|make|python) [^\n]*)$"
     r"|`(?P<inline>(?:peristalsis [a-z]+|python -m (?:verification|benchmarks)) [^`]*)`",
     re.MULTILINE | re.DOTALL,
@@ -68,6 +69,9 @@ def steps(page: Path) -> Iterator[Step]:
     for found in STEP.finditer(text):
         line = text[: found.start()].count("\n") + 1
         if found["not_run"]:
+            continue
+        if found["file"]:
+            yield Step("file", f"{found['file']}\n{found['block']}", line + 1)
             continue
         if found["language"] in ("python", "toml"):
             yield Step(found["language"], found["block"], line + 1)
@@ -122,6 +126,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setattr(ps, "configuration", lambda *given, **named: tiny(whole(*given, **named), None), raising=False)
     known = set(names.OUTPUTS)
     yield tmp_path
+    plugins.forget_all()
     for name in set(names.OUTPUTS) - known:
         names.forget(name)
 
@@ -132,7 +137,10 @@ def test_page_runs(page: str, folder: Path, stored: Callable[[str], Path]) -> No
     namespace: dict[str, object] = {"__name__": "page"}
     for kind, text, line in SHOWN[page]:
         where = f"{page}:{line}"
-        if kind == "python" and page != RUN_BY_ITS_OWN_TEST:
+        if kind == "file":
+            name, _, content = text.partition("\n")
+            (folder / name).write_text(content, encoding="utf-8")
+        elif kind == "python" and page != RUN_BY_ITS_OWN_TEST:
             exec(compile("\n" * (line - 1) + text, page, "exec"), namespace)
         elif kind == "toml":
             read(text, folder)

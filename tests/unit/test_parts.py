@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
-from peristalsis import names, plugins, scenarios, units
+from peristalsis import names, plugins, units
 from peristalsis.__main__ import main
 from peristalsis.errors import ConfigurationError, UnknownKeyError
 from peristalsis.inputs import parts
@@ -38,15 +38,10 @@ CONDUCTANCES = (
 
 
 @pytest.fixture
-def outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def outside(tmp_path: Path) -> Iterator[Path]:
     """A folder for the user's files; what is registered from it is forgotten."""
-    monkeypatch.setenv(parts.VARIABLE, "")
-    monkeypatch.setenv(parts.CODE_VARIABLE, "")
-    before = dict(parts._registered)
     yield tmp_path
-    parts._registered.clear()
-    parts._registered.update(before)
-    parts._known.cache_clear()
+    plugins.forget_all()
 
 
 @pytest.fixture
@@ -252,11 +247,6 @@ def test_a_file_registers_output_scenario_and_figure(outside: Path) -> None:
         assert {"my_own"} <= names.OUTPUTS.keys() & registry.figures().keys()
     finally:
         names.forget("my_own")
-        scenarios._added.clear()
-        scenarios._registry.cache_clear()
-        registry._added.clear()
-        registry.figures.cache_clear()
-        plugins._executed.clear()
 
 
 def test_what_goes_wrong_in_the_users_code_names_file_and_line(outside: Path) -> None:

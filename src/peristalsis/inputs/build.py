@@ -198,7 +198,7 @@ def _network(c: Configuration, grid: Grid) -> Network | None:
         constants=constants,
         cell=cell,
     )
-    return Network(sheet, n.coupling_longitudinal, n.coupling_circular, n.load)
+    return Network(sheet, n.coupling_longitudinal, n.coupling_circular, n.load, n.head_start, n.lag)
 
 
 def _by_cells(c: Configuration, name: str, cell: Cell, channels: np.ndarray, grid: Grid) -> np.ndarray:

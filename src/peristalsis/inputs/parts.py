@@ -89,6 +89,13 @@ def register(file: str | os.PathLike[str] | ModuleType) -> Part:
     return part
 
 
+def forget_all() -> None:
+    """Take out every part that was registered in this process or in the one that started it."""
+    os.environ.pop(VARIABLE, None)
+    _registered.clear()
+    _known.cache_clear()
+
+
 def is_part(file: Path) -> bool:
     """Whether a file says KIND, or cannot be read as a file of Python; `read_part` tells what is wrong then."""
     try:

@@ -16,7 +16,7 @@ from ..pellet.friction import dry_friction
 from ..tissue.cell import SHIPPED_CELL
 from ..tissue.steady import NoRestError, RestState
 from .inflation import inflate_and_insert
-from .model import Layer, Model
+from .model import ACTIVATION_LEVEL, Layer, Model, Network, explicit_stages
 from .state import PelletState, SheetState, State, WallState
 
 Floats = NDArray[np.float64]
@@ -74,7 +74,7 @@ def _at_rest(
         trigger=quiet((model.grid.n_z, model.grid.n_theta_conduction)),
         reflex=SILENT,
         sources=tuple(waiting(source) for source in model.sources),
-        network=None if model.network is None else _resting_sheet(model, model.network.sheet, "network")[0],
+        network=None if model.network is None else _network_sheet(model, model.network),
     )
 
 
@@ -124,6 +124,33 @@ def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, l
         )
     unset = np.full(shape, np.nan)
     return SheetState(potential.reshape(shape), gates.reshape(-1, *shape), unset, unset.copy()), remarks
+
+
+RUNNING = 0.05
+"""Length of a stretch of time for which the network runs before the run [s]."""
+
+
+def _network_sheet(model: Model, network: Network) -> SheetState:
+    """The network's cells, each for itself, after its head start; without one as their source begins, or at rest."""
+    sheet = _resting_sheet(model, network.sheet, "network")[0]
+    layer, shape = network.sheet, sheet.potential.shape
+    potential, gates = sheet.potential.ravel().copy(), sheet.gates.reshape(len(sheet.gates), -1).copy()
+    stages = explicit_stages(
+        layer.leakiness * layer.constants.kinetics_rate / layer.constants.capacitance, model.dt_cell
+    )
+    steps = max(1, round(1e3 * RUNNING / model.dt_cell))
+    length = 1e-3 * steps * model.dt_cell
+    for k in range(round(network.head_start / length)):
+        # Those further on begin later.
+        count = shape[1] * int(np.count_nonzero(network.lag * model.grid.cells <= k * length + 1e-9))
+        v, states, none = potential[:count].copy(), gates[:, :count].copy(), np.zeros(count)
+        layer.cell.advance_sheet(
+            v, states, np.full(count, np.nan), np.full(count, np.nan), layer.conductances[:, :count].copy(), np.zeros(0),
+            none, none, shape[1], 0.0, model.dt_cell, steps, stages, *layer.tables(model.dt_cell), model.exact_kinetics,
+            ACTIVATION_LEVEL, layer.constants,
+        )  # fmt: skip
+        potential[:count], gates[:, :count] = v, states
+    return replace(sheet, potential=potential.reshape(shape), gates=gates.reshape(-1, *shape))
 
 
 def _pacemaker_sheet(model: Model) -> SheetState:

@@ -115,12 +115,16 @@ class Network:
     """Interstitial cells on the grid of the layers, each coupled to the cells of both by gaps [mS/cm^2].
 
     sheet: their cells and conduction, as of a layer. load: share of the muscle's gap current that they carry.
+    head_start: time for which the cells at the oral end have run when the run begins [s]; lag: by which it is shorter
+    further on [s/cm].
     """
 
     sheet: Layer
     longitudinal: float
     circular: float
     load: float
+    head_start: float = 0.0
+    lag: float = 0.0
 
 
 class ExplicitScheme(NamedTuple):

@@ -27,6 +27,12 @@ def register(figure: Figure) -> Figure:
     return figure
 
 
+def forget_all() -> None:
+    """Take out what was registered."""
+    _added.clear()
+    figures.cache_clear()
+
+
 @lru_cache(maxsize=1)
 def figures() -> Mapping[str, Figure]:
     """Name to figure, the overview first and the others by name."""

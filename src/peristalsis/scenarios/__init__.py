@@ -97,6 +97,12 @@ def register(scenario: Scenario) -> Scenario:
     return scenario
 
 
+def forget_all() -> None:
+    """Take out what was registered."""
+    _added.clear()
+    _registry.cache_clear()
+
+
 @lru_cache(maxsize=1)
 def _registry() -> Mapping[str, Scenario]:
     found = dict(_added)

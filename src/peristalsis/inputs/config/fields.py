@@ -191,6 +191,8 @@ class Network(Section):
     coupling_longitudinal: float = parameter("network.coupling_longitudinal", ge=0, le=1000)
     coupling_circular: float = parameter("network.coupling_circular", ge=0, le=1000)
     load: float = parameter("network.load", ge=0, le=1000)
+    head_start: float = parameter("network.head_start", ge=0, le=1000)
+    lag: float = parameter("network.lag", ge=0, le=1000)
 
 
 class Trigger(Section):
