@@ -145,9 +145,9 @@ def _network_sheet(model: Model, network: Network) -> SheetState:
         count = shape[1] * int(np.count_nonzero(network.lag * model.grid.cells <= k * length + 1e-9))
         v, states, none = potential[:count].copy(), gates[:, :count].copy(), np.zeros(count)
         layer.cell.advance_sheet(
-            v, states, np.full(count, np.nan), np.full(count, np.nan), layer.conductances[:, :count].copy(), np.zeros(0),
-            none, none, shape[1], 0.0, model.dt_cell, steps, stages, *layer.tables(model.dt_cell), model.exact_kinetics,
-            ACTIVATION_LEVEL, layer.constants,
+            v, states, np.full(count, np.nan), np.full(count, np.nan), layer.conductances[:, :count].copy(),
+            np.zeros(0), none, none, shape[1], 0.0, model.dt_cell, steps, stages, *layer.tables(model.dt_cell),
+            model.exact_kinetics, ACTIVATION_LEVEL, layer.constants,
         )  # fmt: skip
         potential[:count], gates[:, :count] = v, states
     return replace(sheet, potential=potential.reshape(shape), gates=gates.reshape(-1, *shape))
