@@ -22,6 +22,7 @@ from .._version import __version__
 from ..errors import ConfigurationError, shown
 from ..inputs import tables
 from ..inputs.config import Configuration
+from ..inputs.parts import SHIPPED
 from ..inputs.recording import probe_names
 from ..names import CERTAIN, COORDINATES, OUTPUTS, PROBE, Output
 from ..paths import located
@@ -122,9 +123,22 @@ class Result:
             ("simulated", "simulated_s", "s"),
         )
         found = [(label, summary.get(key), unit) for label, key, unit in numbers]
-        return [("status", self.status.replace("_", " "))] + [
-            (label, f"{value:.4g} {unit}") for label, value, unit in found if isinstance(value, int | float)
+        return [
+            ("status", self.status.replace("_", " ")),
+            *((label, f"{value:.4g} {unit}") for label, value, unit in found if isinstance(value, int | float)),
+            *self._shape_in_words(),
         ]
+
+    def _shape_in_words(self) -> list[tuple[str, str]]:
+        """Size and volume of a pellet that is no sphere."""
+        pellet = self.configuration.pellet
+        if not pellet.enabled or pellet.shape == SHIPPED["shape"]:
+            return []
+        from ..inputs.shape import shape_of
+
+        shape = shape_of(self.configuration)
+        size = f"{20.0 * shape.radius:.4g} x {10.0 * (shape.oral + shape.anal):.4g} mm"
+        return [("pellet", f"{shape.name}, {size}, {shape.volume:.4g} cm^3")]
 
     def __repr__(self) -> str:
         head = f"<peristalsis run {self.configuration.scenario}, reading {self.configuration.reading}>"
