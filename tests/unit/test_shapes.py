@@ -16,7 +16,6 @@ from peristalsis.inputs.parts import find, parts
 from peristalsis.inputs.shape import NEEDED, SLOT
 from peristalsis.numerics.binding import bind
 from peristalsis.pellet.shapes import capsule, sphere, spheroid, stool
-from peristalsis.pellet.surface_contact import measure_contact, no_contact
 
 Floats = NDArray[np.float64]
 
@@ -179,23 +178,29 @@ def test_a_capsule_shorter_than_wide_is_refused() -> None:
     assert "at least 1.8 cm" in capsule.refusal(capsule.ShapeConstants(0.9, 1.5))
 
 
-def test_contact_in_space_is_that_of_the_meridian() -> None:
+@pytest.mark.parametrize(("name", "size"), [("sphere", (0.9,)), ("spheroid", (0.6, 1.6)), ("stool", (0.6, 1.6, 3.0))])
+def test_contact_in_space_turns_about_both_curvatures(name: str, size: tuple[float, ...]) -> None:
     """Eq. (76), off the axis: gradient of the gap, and how the normal turns in any direction."""
-    rng = np.random.default_rng(2)
-    shape, across = sphere.ShapeConstants(0.9), (0.11, -0.07, 0.3)
-    places = rng.uniform(0.4, 0.9, (7, 3, 5))
-    found = no_contact(7, 5)
-    measure_contact(places, np.zeros((7, 5)), *across, shape, found)
+    binding = bind({SLOT: find("shape", name).file})
+    contact = binding.module("pellet.surface_contact")
+    shape, across = kernels(name).ShapeConstants(*size), (0.11, -0.07, 0.3)
+    places = np.random.default_rng(2).uniform(0.4, 0.9, (7, 3, 5))
+
+    def ask(moved: Floats) -> Any:
+        found = contact.no_contact(7, 5)
+        contact.measure_contact(moved, np.zeros((7, 5)), *across, shape, found)
+        return found
+
+    found = ask(places)
     n, t = found.normal[3, :, 2], found.meridian[3, :, 2]
     around = np.cross(n, t)
+    assert n @ n == pytest.approx(1.0, rel=1e-14)
     assert n @ t == pytest.approx(0.0, abs=1e-15)
     turning = np.outer(t, t) / found.bend[3, 2] + np.outer(around, around) / found.hoop[3, 2]
     for k in range(3):
-        sides = []
-        for way in (STEP, -STEP):
-            moved, other = places.copy(), no_contact(7, 5)
-            moved[3, k, 2] += way
-            measure_contact(moved, np.zeros((7, 5)), *across, shape, other)
-            sides.append((other.gap[3, 2], other.normal[3, :, 2].copy()))
-        assert (sides[0][0] - sides[1][0]) / (2.0 * STEP) == pytest.approx(n[k], abs=1e-8)
-        assert (sides[0][1] - sides[1][1]) / (2.0 * STEP) == pytest.approx(turning[k], abs=1e-7)
+        step = np.zeros_like(places)
+        step[3, k, 2] = STEP
+        ahead, behind = ask(places + step), ask(places - step)
+        assert (ahead.gap[3, 2] - behind.gap[3, 2]) / (2.0 * STEP) == pytest.approx(n[k], abs=1e-8)
+        difference = (ahead.normal[3, :, 2] - behind.normal[3, :, 2]) / (2.0 * STEP)
+        assert difference == pytest.approx(turning[k], abs=1e-7)

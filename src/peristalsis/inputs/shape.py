@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from ..errors import ConfigurationError, shown
 from ..model.constants import PelletConstants
 from ..numerics.binding import Binding, bind
 from .config import Configuration
-from .parts import find
+from .parts import SHIPPED, find
 
 Floats = NDArray[np.float64]
 
@@ -87,17 +86,30 @@ class PelletShape:
         return self.binding.module(SLOT)
 
 
-def shape_of(configuration: Configuration) -> PelletShape:
-    """The shape of the pellet. Raises ConfigurationError for numbers of which there is no body, and for a bad file."""
+def shape_of(configuration: Configuration, binding: Binding | None = None) -> PelletShape:
+    """The shape of the pellet. Raises ConfigurationError for numbers of which there is no body, and for a bad file.
+
+    binding: that of the run, if more than the shape is exchanged in it.
+    """
     pellet = configuration.pellet
     part = find("shape", pellet.shape)
     numbers = configuration.part_numbers("pellet", part)
-    return _shape(part.name, part.file, pellet.radius, tuple(numbers.items()))
+    return _shape(part.name, part.file, pellet.radius, tuple(numbers.items()), binding or bind({SLOT: part.file}))
 
 
-@lru_cache(maxsize=64)
-def _shape(name: str, file: Path, radius: float, numbers: tuple[tuple[str, float], ...]) -> PelletShape:
-    binding = bind({SLOT: file})
+def size_in_words(configuration: Configuration) -> list[tuple[str, str]]:
+    """Size and volume of a pellet that is no sphere, as a label and words; nothing of a sphere."""
+    pellet = configuration.pellet
+    if not pellet.enabled or pellet.shape == SHIPPED["shape"]:
+        return []
+    shape = shape_of(configuration)
+    size = f"{20.0 * shape.radius:.4g} x {10.0 * (shape.oral + shape.anal):.4g} mm"
+    return [("pellet", f"{shape.name}, {size}, {shape.volume:.4g} cm^3")]
+
+
+def _shape(
+    name: str, file: Path, radius: float, numbers: tuple[tuple[str, float], ...], binding: Binding
+) -> PelletShape:
     try:
         kernels = binding.module(SLOT)
         missing = [one for one in NEEDED if not hasattr(kernels, one)]

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..numerics.compiled import compiled
 from .contact import AUGMENTATION
+from .shapes import sphere as body
 from .shapes.sphere import ShapeConstants, gap_and_normal
 
 
@@ -45,6 +46,21 @@ def no_contact(n: int, m: int) -> SurfaceContact:
     )
 
 
+if hasattr(body, "gap_in_space"):
+    gap_in_space = body.gap_in_space
+else:
+
+    @compiled
+    def gap_in_space(
+        x: float, y: float, z: float, shape: ShapeConstants
+    ) -> tuple[float, float, float, float, float, float]:
+        """(gap, n_x, n_y, n_z, bend, hoop) at a point from the centre, by the meridian plane through it."""
+        rho = math.sqrt(x * x + y * y)
+        gap, nr, nz, bend, hoop = gap_and_normal(rho, z, shape)
+        along, across = (x / rho, y / rho) if rho > 0.0 else (1.0, 0.0)
+        return gap, nr * along, nr * across, nz, bend, hoop
+
+
 @compiled
 def measure_contact(
     places: np.ndarray,
@@ -70,17 +86,15 @@ def measure_contact(
             s = math.sin(2.0 * math.pi * j / m) if x != 0.0 or y != 0.0 else 0.0
             dx = places[i, 0, j] - (c * x + s * y)
             dy = places[i, 1, j] - (c * y - s * x)
-            rho = math.sqrt(dx * dx + dy * dy)
-            ex = dx / rho if rho > 0.0 else 1.0
-            ey = dy / rho if rho > 0.0 else 0.0
-            gap, nr, nz, bend, hoop = gap_and_normal(rho, places[i, 2, j] - z, shape)
+            gap, nx, ny, nz, bend, hoop = gap_in_space(dx, dy, places[i, 2, j] - z, shape)
             found.gap[i, j] = gap
-            found.normal[i, 0, j] = nr * ex
-            found.normal[i, 1, j] = nr * ey
+            found.normal[i, 0, j] = nx
+            found.normal[i, 1, j] = ny
             found.normal[i, 2, j] = nz
-            found.meridian[i, 0, j] = -nz * ex
-            found.meridian[i, 1, j] = -nz * ey
-            found.meridian[i, 2, j] = nr
+            rho = math.sqrt(dx * dx + dy * dy)
+            found.meridian[i, 0, j] = -nz * dx / rho if rho > 0.0 else -nz
+            found.meridian[i, 1, j] = -nz * dy / rho if rho > 0.0 else 0.0
+            found.meridian[i, 2, j] = math.sqrt(nx * nx + ny * ny)
             found.bend[i, j] = bend
             found.hoop[i, j] = hoop
             found.touching[i, j] = density[i, j] - AUGMENTATION * gap > 0.0

@@ -22,8 +22,8 @@ from .._version import __version__
 from ..errors import ConfigurationError, shown
 from ..inputs import tables
 from ..inputs.config import Configuration
-from ..inputs.parts import SHIPPED
 from ..inputs.recording import probe_names
+from ..inputs.shape import size_in_words
 from ..names import CERTAIN, COORDINATES, OUTPUTS, PROBE, Output
 from ..paths import located
 from ..storing.disk import read_regular
@@ -126,19 +126,8 @@ class Result:
         return [
             ("status", self.status.replace("_", " ")),
             *((label, f"{value:.4g} {unit}") for label, value, unit in found if isinstance(value, int | float)),
-            *self._shape_in_words(),
+            *size_in_words(self.configuration),
         ]
-
-    def _shape_in_words(self) -> list[tuple[str, str]]:
-        """Size and volume of a pellet that is no sphere."""
-        pellet = self.configuration.pellet
-        if not pellet.enabled or pellet.shape == SHIPPED["shape"]:
-            return []
-        from ..inputs.shape import shape_of
-
-        shape = shape_of(self.configuration)
-        size = f"{20.0 * shape.radius:.4g} x {10.0 * (shape.oral + shape.anal):.4g} mm"
-        return [("pellet", f"{shape.name}, {size}, {shape.volume:.4g} cm^3")]
 
     def __repr__(self) -> str:
         head = f"<peristalsis run {self.configuration.scenario}, reading {self.configuration.reading}>"

@@ -46,6 +46,20 @@ def gap_and_normal(rho: float, axial: float, shape: ShapeConstants) -> tuple[flo
 
 
 @compiled
+def gap_in_space(
+    x: float, y: float, z: float, shape: ShapeConstants
+) -> tuple[float, float, float, float, float, float]:
+    """(gap, n_x, n_y, n_z, bend, hoop) at a point from the centre, Eq. (76).
+
+    A shape may leave this out: then it follows from `gap_and_normal`. The sphere has no axis to lose digits at.
+    """
+    distance = math.sqrt(x * x + y * y + z * z)
+    gap = distance - shape.radius
+    bend = gap + shape.radius
+    return gap, x / distance, y / distance, z / distance, bend, bend
+
+
+@compiled
 def reach(rho: float, axial: float, shape: ShapeConstants) -> float:
     """Girth radius [cm] of the similar body whose surface passes through a point, Eq. (72)."""
     return math.sqrt(rho * rho + axial * axial)
