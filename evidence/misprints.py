@@ -16,7 +16,7 @@ PHYSICS = ("tests/verification", "tests/properties", "tests/unit")
 QUICK = (
     "tests/unit/test_passive.py",
     "tests/unit/test_membrane.py",
-    "tests/unit/test_sphere.py",
+    "tests/unit/test_shapes.py",
     "tests/unit/test_contact.py",
     "tests/unit/test_friction.py",
     "tests/unit/test_parameters.py",
@@ -100,7 +100,7 @@ MISPRINTS = (
                 "axial = zeta[i] - i * h - scalars[1]\n            work[TOUCHES, i] = 0.0",
             ),
             Patch(
-                "pellet/sphere.py",
+                "pellet/shapes/sphere.py",
                 "distance = math.sqrt(rho * rho + axial * axial)",
                 "distance = math.sqrt(rho * rho + axial * axial + 0.795 * 0.795)",
             ),

@@ -50,7 +50,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "wall/passive.py": group(["passive", "membrane"], ["wall_problems"]),
     "wall/active.py": group(["active", "membrane"], ["wall_problems"]),
     "wall/membrane.py": group(["membrane", "recorded_tension"], WALL),
-    "pellet/sphere.py": group(["sphere", "contact"], ["contact_problems"]),
+    "pellet/shapes/sphere.py": group(["shapes", "contact"], ["contact_problems"]),
     "pellet/contact.py": group(["contact"], ["contact_problems"]),
     "pellet/friction.py": (*group(["friction"]), "tests/properties"),
     "wall/assembly.py": group(["membrane", "tube"], WALL),

@@ -95,7 +95,7 @@ def carry_out(case: Case, limit: float = LIMIT, tell: Tell = lambda _: None) -> 
 def _measured(result: Any) -> Row:
     """What the rules and the table need of a result."""
     arrays, summary = result.arrays, dict(result.summary)
-    length, radius = result.configuration.wall.length, result.configuration.pellet.radius
+    length = result.configuration.wall.length
     events: dict[str, int] = {}
     for kind in np.asarray(arrays["event_kind"]).tolist():
         events[str(kind)] = events.get(str(kind), 0) + 1
@@ -116,11 +116,13 @@ def _measured(result: Any) -> Row:
     row["min_diameter_cm"] = float(np.nanmin(arrays["min_diameter"]))
     row["newton_a_step"] = float(np.nanmean(arrays["newton_iterations"]))
     if result.configuration.pellet.enabled:
-        centre = np.asarray(arrays["pellet_position"])
+        from peristalsis.inputs.shape import shape_of
+
+        centre, shape = np.asarray(arrays["pellet_position"]), shape_of(result.configuration)
         row |= {
-            "oral_pole_cm": float(np.nanmin(centre)) - radius,
+            "oral_pole_cm": float(np.nanmin(centre)) - shape.oral,
             "oral_centre_cm": float(np.nanmin(centre)),
-            "anal_pole_cm": float(np.nanmax(centre)) + radius,
+            "anal_pole_cm": float(np.nanmax(centre)) + shape.anal,
             "last_cm": float(centre[-1]),
         }
     return row

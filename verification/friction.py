@@ -9,11 +9,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from peristalsis.model.equilibrium import CONVERGED, LumenConstants, PelletConstants, Step, solve_equilibrium
+from peristalsis.model.equilibrium import CONVERGED, LumenConstants, Step, solve_equilibrium
 from peristalsis.model.fields import contact_pressure
 from peristalsis.model.friction import dry_friction_now, friction_ahead, sliding_speed
 from peristalsis.model.state import PelletState
+from peristalsis.pellet.body import pellet_of
 from peristalsis.pellet.friction import FrictionLaw, dry_friction, sliding_velocity
+from peristalsis.pellet.shapes.sphere import ShapeConstants as Sphere
 from peristalsis.wall.passive import PassiveConstants
 
 from .contact import squeezed
@@ -199,7 +201,7 @@ def wrapped(elements: int, coefficient: float) -> tuple[Floats, Floats, Floats]:
             weight,
             Step(0.0, False, centre, 0.0),
             wall,
-            PelletConstants(True, radius, 1.0, 0.0, 1.0, 0.0, True),
+            pellet_of(Sphere(radius), frame=1.0, tangential=True)._replace(volume=0.0),
             LumenConstants(0.0, 1.0, 0.0),
             1e-9,
             1e-10,

@@ -11,6 +11,7 @@ import pytest
 import peristalsis as ps
 from peristalsis.inputs.build import build
 from peristalsis.inputs.config import Configuration
+from peristalsis.pellet.body import resized_pellet
 from peristalsis.results import convergence
 from peristalsis.results.convergence import remarks, start_remarks
 from peristalsis.results.result import Result
@@ -59,7 +60,7 @@ def test_a_lopsided_start_is_named() -> None:
 @pytest.mark.parametrize(("ratio", "named"), [(1.04, True), (1.06, True), (1.02, False), (1.12, False)])
 def test_receptors_at_their_threshold_are_named(ratio: float, named: bool) -> None:
     model = build(ps.configuration("baseline", changes=QUICK))
-    near = replace(model, pellet=model.pellet._replace(radius=ratio * float(np.median(model.free_radius))))
+    near = replace(model, pellet=resized_pellet(model.pellet, ratio * float(np.median(model.free_radius))))
     assert any("near a threshold" in text for text in start_remarks(near)) is named
     silent = replace(near, reflex=near.reflex._replace(enabled=False))
     assert start_remarks(silent) == []

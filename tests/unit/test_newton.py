@@ -23,7 +23,9 @@ from peristalsis.model.equilibrium import (
     _measure,
     solve_equilibrium,
 )
-from peristalsis.pellet.sphere import volume
+from peristalsis.pellet.body import pellet_of
+from peristalsis.pellet.shapes.sphere import ShapeConstants as Sphere
+from peristalsis.pellet.shapes.sphere import volume
 from verification.exact.wall import COUPLED, settle, wall_constants
 
 Floats = np.ndarray
@@ -77,7 +79,7 @@ def on_the_pellet() -> Unknowns:
             none,
             Step(0.0, False, CENTRE, 0.0),
             WALL,
-            PelletConstants(True, radius, 1.0, 0.0, 0.0, volume(radius)),
+            pellet_of(Sphere(radius)),
             LumenConstants(PRESSURE, 1.0, 0.0),
             1e-9,
             1e-10,
@@ -100,7 +102,7 @@ class Squeeze:
     @property
     def pellet(self) -> PelletConstants:
         """The pellet and its friction."""
-        return PelletConstants(True, SPHERE, 50.0, self.dry, self.frame, volume(SPHERE), self.tangential)
+        return pellet_of(Sphere(SPHERE), viscous=50.0, dry=self.dry, frame=self.frame, tangential=self.tangential)
 
     @property
     def weight(self) -> Floats:
@@ -114,7 +116,7 @@ class Squeeze:
     def lumen(self) -> LumenConstants:
         """Gas at its pressure in the tube at rest."""
         start = on_the_pellet()
-        return LumenConstants(PRESSURE, lumen_volume(start.rho, start.zeta) - volume(SPHERE), 1.4)
+        return LumenConstants(PRESSURE, lumen_volume(start.rho, start.zeta) - volume(Sphere(SPHERE)), 1.4)
 
     def solve(
         self, trial: Unknowns, tolerance: float = 1e-10, gap_tolerance: float = 1e-12, most: int = 40
@@ -178,7 +180,7 @@ def test_the_answer_is_in_balance(squeeze: Squeeze) -> None:
     found, start = answer(squeeze), on_the_pellet()
     pressure, centre, force = found.scalars
     lumen, axial = squeeze.lumen, found.zeta - centre
-    space = lumen_volume(found.rho, found.zeta) - volume(SPHERE)
+    space = lumen_volume(found.rho, found.zeta) - volume(Sphere(SPHERE))
     assert pressure == pytest.approx(PRESSURE * (lumen.reference_volume / space) ** 1.4, rel=1e-9)
     pushed = -CIRCUMFERENCE * WALL.element_size * (found.density * axial / np.hypot(found.rho, axial)).sum()
     assert force == pytest.approx(pushed, rel=1e-8)

@@ -72,11 +72,11 @@ def test_numbers_of_a_step_are_those_told_one_by_one() -> None:
     model, (before, after) = taken.model, taken.states[-2:]
     wall = packed(model.wall)
     old, new, centre = before.wall.arrays, after.wall.arrays, after.pellet.position
-    numbers = numbers_of_step(old, new, after.pressure, centre, model.pellet.radius, wall)
+    numbers = numbers_of_step(old, new, after.pressure, centre, packed(model.pellet), wall)
     for name, alone in (
         ("work", wall_work(old, new, wall)),
         ("ends", reactions(new, after.pressure, wall)),
-        ("contact", touch(new, centre, model.pellet.radius, wall)),
+        ("contact", touch(new, centre, packed(model.pellet), wall)),
     ):
         together = getattr(numbers, name)
         assert together._fields == alone._fields

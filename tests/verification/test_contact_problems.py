@@ -56,5 +56,5 @@ def test_smallest_gap_is_that_of_the_nodes(run: March) -> None:
             np.ascontiguousarray(state.wall.position[:, 0, 0]),
             np.ascontiguousarray(state.wall.position[:, 0, 2]),
             state.pellet.position,
-            run.model.pellet.radius,
+            run.model.pellet.shape,
         ) == pytest.approx(gaps(run.model, state)[1:-1].min(), abs=1e-14)

@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from peristalsis.errors import DivergenceError
-from peristalsis.model.equilibrium import CONVERGED, REASONS, LumenConstants, PelletConstants, Step, solve_equilibrium
+from peristalsis.model.equilibrium import CONVERGED, REASONS, LumenConstants, Step, solve_equilibrium
 from peristalsis.numerics.rates import rate_formula
+from peristalsis.pellet.body import pellet_of
+from peristalsis.pellet.shapes.sphere import ShapeConstants as Sphere
 from peristalsis.wall.constants import WallConstants
 
 from .wall import assembled, gradient
@@ -23,7 +25,7 @@ from .wall import assembled, gradient
 Floats = NDArray[np.float64]
 Number = Any
 
-NO_PELLET = PelletConstants(False, 0.5, 1.0, 0.0, 0.0, 0.0)
+NO_PELLET = pellet_of(Sphere(0.5), present=False)
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,11 @@ from scipy.optimize import brentq
 
 from peristalsis.errors import DivergenceError
 from peristalsis.inputs.build import build
-from peristalsis.model.constants import LumenConstants, PelletConstants, Step
+from peristalsis.model.constants import LumenConstants, Step
 from peristalsis.model.equilibrium import CONVERGED, REASONS, solve_equilibrium
 from peristalsis.numerics.block_band import PADDING, ROWS
+from peristalsis.pellet.body import pellet_of
+from peristalsis.pellet.shapes.sphere import ShapeConstants as Sphere
 from peristalsis.wall.active import ActiveConstants
 from peristalsis.wall.assembly import (
     FORCE_R,
@@ -41,6 +43,8 @@ from peristalsis.wall.passive import PassiveConstants
 from .runs import EXACT, configured
 
 Floats = NDArray[np.float64]
+
+NO_PELLET = pellet_of(Sphere(0.5), present=False)
 Number = Any
 
 TIGHT = PassiveConstants(10.4, 10.4, 2.59, 3.79, 12.7, 0.0, 10.0)
@@ -197,7 +201,7 @@ def settle(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, driv
         none,
         Step(0.0, False, 0.0, 0.0),
         wall,
-        PelletConstants(False, 0.5, 1.0, 0.0, 0.0, 0.0),
+        NO_PELLET,
         LumenConstants(pressure, 1.0, 0.0),
         tolerance,
         1e-12,
@@ -231,7 +235,7 @@ def relax(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, durat
             none,
             Step(slope, False, 0.0, 0.0),
             wall,
-            PelletConstants(False, 0.5, 1.0, 0.0, 0.0, 0.0),
+            NO_PELLET,
             LumenConstants(pressure, 1.0, 0.0),
             1e-11,
             1e-12,

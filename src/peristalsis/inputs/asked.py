@@ -17,6 +17,7 @@ from .config import Configuration
 from .parameters import PARAMETERS
 from .protocols import Protocol
 from .recording import ROUNDING, frames_apart, whole_steps
+from .shape import shape_of
 
 ARREST_TRAVEL, ARREST_WINDOW = 0.01, 1.0
 """A pellet is arrested when it moved less than 0.01 cm over the last second (0.1 mm/s), so never earlier."""
@@ -93,7 +94,7 @@ def _ends(c: Configuration) -> Iterator[str]:
         if run.stop_when_arrested or not shipped:
             yield "run.stop_when_arrested and run.stop_position wait for a pellet, and there is none"
         return
-    start = c.pellet.start_gap + c.pellet.radius
+    start = c.pellet.start_gap + shape_of(c).oral
     if place <= start:
         yield (
             f"run.stop_position = {place:g} cm: the pellet starts at {start:g} cm, at it or beyond it, and stops the "

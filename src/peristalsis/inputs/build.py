@@ -16,10 +16,9 @@ from ..control.reflex import Reflex
 from ..control.sequence import Trigger
 from ..errors import ConfigurationError, shown
 from ..geometry.grid import Grid
-from ..model.constants import LumenConstants, PelletConstants
+from ..model.constants import LumenConstants
 from ..model.model import ExplicitScheme, Layer, Model, Network, PacemakerCell, Response
 from ..numerics.binding import Binding, bind
-from ..pellet import sphere
 from ..pellet.friction import FrictionLaw
 from ..tissue.cell import PLANT, SHIPPED_CELL, Cell, described
 from ..tissue.cells.plant import CHANNELS, CellConstants
@@ -33,13 +32,16 @@ from .config import Layer as LayerConfiguration
 from .parts import SHIPPED as SHIPPED_PARTS
 from .parts import find
 from .regions.sampling import factor_field
+from .shape import SLOT as SHAPE_SLOT
+from .shape import PelletShape, shape_of
 
 Floats = NDArray[np.float64]
 
 
 def bound_to(configuration: Configuration) -> Binding:
     """The kernels of wall, pellet and step with the parts that a configuration chooses in their slots."""
-    return bind({"wall.laws.tong_fung": find("law", configuration.wall.law).file})
+    law, shape = find("law", configuration.wall.law), find("shape", configuration.pellet.shape)
+    return bind({"wall.laws.tong_fung": law.file, SHAPE_SLOT: shape.file})
 
 
 def build(configuration: Configuration, like: Model | None = None, since: Configuration | None = None) -> Model:
@@ -56,21 +58,20 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
 
     grid = like.grid if like is not None else _grid(c)
     dt_wall = to_internal(c.step.wall, "ms")
+    shape = _fitting_shape(c, binding)
     return Model(
         grid=grid,
         longitudinal=like.longitudinal if like and same("longitudinal", "parts") else _layer(c, "longitudinal", grid),
         circular=like.circular if like and same("circular", "parts") else _layer(c, "circular", grid),
         wall=like.wall if like and same("wall", "longitudinal", "circular", "parts") else _wall(c, grid, binding),
-        pellet=PelletConstants(
+        pellet=shape.pellet(
             present=c.pellet.enabled,
-            radius=c.pellet.radius,
             viscous=c.pellet.viscous_friction,
             dry=c.pellet.dry_friction,
             frame=1.0 if c.pellet.friction_frame == "wall" else 0.0,
-            volume=sphere.volume(c.pellet.radius),
             tangential=c.pellet.friction_coefficient > 0.0,
-            lowest=c.pellet.radius if c.wall.oral_end == "closed" else -math.inf,
-            highest=c.wall.length - c.pellet.radius if c.wall.anal_end == "closed" else math.inf,
+            lowest=shape.oral if c.wall.oral_end == "closed" else -math.inf,
+            highest=c.wall.length - shape.anal if c.wall.anal_end == "closed" else math.inf,
         ),
         lumen=LumenConstants(
             to_internal(c.lumen.pressure, "kPa"),
@@ -108,7 +109,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         gap_tolerance=c.solver.penetration_tolerance * c.pellet.radius,
         max_newton=c.solver.max_newton,
         max_halvings=c.solver.max_halvings,
-        start_position=c.pellet.start_gap + c.pellet.radius,
+        start_position=c.pellet.start_gap + shape.oral,
         free_radius=like.free_radius if like is not None else np.full(grid.n_z_wall + 1, c.wall.radius),
         surface=SurfaceConstants(
             c.wall.shear_viscosity, c.wall.bending_stiffness_around, c.wall.bending_viscosity_around, c.wall.foundation
@@ -121,6 +122,18 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         network=like.network if like and same("network", "parts") else _network(c, grid),
         binding=binding,
     )
+
+
+def _fitting_shape(c: Configuration, binding: Binding) -> PelletShape:
+    """The pellet's shape. Raises ConfigurationError where it is longer than the tube; a sphere is refused before."""
+    shape = shape_of(c, binding)
+    needed = shape.oral + shape.anal + c.pellet.start_gap
+    if c.pellet.enabled and needed >= c.wall.length:
+        raise ConfigurationError(
+            f"wall.length = {c.wall.length} cm: the {shape.name} and its gap take {needed:.6g} cm (its length and "
+            f"pellet.start_gap); use a tube longer than {needed:.6g} cm or a smaller pellet"
+        )
+    return shape
 
 
 def _listed(c: Configuration, layer: str) -> Listed:

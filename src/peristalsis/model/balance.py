@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..geometry.surface import rates_to_frames
 from ..numerics.rates import rate_formula
+from ..pellet.contact import normal_slope
 from .bookkeeping import WallWork, wall_work
 from .constants import packed
 from .explicit_step import contact_energy, explicit_acceleration
@@ -108,8 +109,8 @@ def _lost_pellet(model: Model, before: State, after: State) -> float:
 def _power_across(model: Model, state: State, tangent: Floats) -> float:
     """Power lost in friction by slip across the axis [mN cm/s], Eq. (51)."""
     wall, pellet = state.wall, state.pellet
-    rho, axial = wall.position[:, :, 0], wall.position[:, :, 2] - pellet.position
-    return model.pellet.frame * pellet.axial_force * float((tangent * axial / rho * wall.velocity[:, :, 0]).sum())
+    slopes = normal_slope(wall.position, tangent, pellet.position, model.pellet.shape)
+    return model.pellet.frame * pellet.axial_force * float((tangent * slopes * wall.velocity[:, :, 0]).sum())
 
 
 class Momentum(NamedTuple):

@@ -13,6 +13,8 @@ import numpy as np
 from ..geometry.tube import lumen_volume
 from ..numerics.compiled import INDEX, compiled
 from ..numerics.reductions import total
+from ..pellet.body import unpack_pellet
+from ..pellet.constants import PelletConstants
 from ..pellet.contact import smallest_gap
 from ..wall.constants import WallConstants
 from ..wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL, tension_parts
@@ -150,15 +152,15 @@ def _reactions(
 
 
 @compiled
-def touch(arrays: WallArrays, centre: float, pellet_radius: float, wall_numbers: np.ndarray) -> ContactSummary:
-    """The contact of a state; pellet_radius [cm] is 0 without a pellet."""
+def touch(arrays: WallArrays, centre: float, pellet_numbers: np.ndarray, wall_numbers: np.ndarray) -> ContactSummary:
+    """The contact of a state; constants by `constants.packed`."""
     wall = unpack_wall(wall_numbers)
-    return _touch(take_apart(arrays, wall), arrays.contact, centre, pellet_radius, wall)
+    return _touch(take_apart(arrays, wall), arrays.contact, centre, unpack_pellet(pellet_numbers), wall)
 
 
 @compiled
 def _touch(
-    rows: np.ndarray, contact: np.ndarray, centre: float, pellet_radius: float, wall: WallConstants
+    rows: np.ndarray, contact: np.ndarray, centre: float, pellet: PelletConstants, wall: WallConstants
 ) -> ContactSummary:
     rho, zeta = rows[RHO], rows[ZETA]
     n = rho.size
@@ -178,7 +180,7 @@ def _touch(
             if math.isnan(start):
                 start = zeta[i]
             end = zeta[i]
-    gap = smallest_gap(rho, zeta, centre, pellet_radius) if pellet_radius > 0.0 else math.inf
+    gap = smallest_gap(rho, zeta, centre, pellet.shape) if pellet.present else math.inf
     return ContactSummary(
         normal_force=normal * 2.0 * math.pi * wall.radius * wall.element_size,
         largest_pressure=pressure,
@@ -287,7 +289,7 @@ def numbers_of_step(
     new: WallArrays,
     pressure: float,
     centre: float,
-    pellet_radius: float,
+    pellet_numbers: np.ndarray,
     wall_numbers: np.ndarray,
 ) -> StepNumbers:
     """What `wall_work` gives of two states, `reactions` and `touch` of the new one.
@@ -300,5 +302,5 @@ def numbers_of_step(
     return StepNumbers(
         work=_wall_work(before, after, old.velocity, new.velocity, wall, totals),
         ends=_reactions(after, totals, new.velocity, pressure, wall),
-        contact=_touch(after, new.contact, centre, pellet_radius, wall),
+        contact=_touch(after, new.contact, centre, unpack_pellet(pellet_numbers), wall),
     )

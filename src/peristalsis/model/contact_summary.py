@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..geometry.surface import equivalent_radius
+from ..pellet.body import require_shape
 from .bookkeeping import ContactSummary, touch
 from .constants import packed
 from .model import Model
@@ -12,9 +13,10 @@ from .surface_fields import surface_contact
 
 def contact_summary(model: Model, state: State) -> ContactSummary:
     """The summary of a state."""
+    require_shape(model.pellet)
     wall = state.wall
     if model.grid.is_surface:
-        found = surface_contact(wall, state.pellet, model.pellet.radius if model.pellet.present else None, model.wall)
+        found = surface_contact(wall, state.pellet, model.pellet, model.wall)
         least = float(equivalent_radius(wall.position).min())
         return ContactSummary(
             normal_force=found.normal_force,
@@ -24,6 +26,7 @@ def contact_summary(model: Model, state: State) -> ContactSummary:
             least_radius=least,
             smallest_gap=found.smallest_gap,
         )
-    radius = model.pellet.radius if model.pellet.present else 0.0
-    found_in_column: ContactSummary = touch(wall.arrays, state.pellet.position, radius, packed(model.wall))
+    found_in_column: ContactSummary = touch(
+        wall.arrays, state.pellet.position, packed(model.pellet), packed(model.wall)
+    )
     return found_in_column

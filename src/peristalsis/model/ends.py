@@ -40,17 +40,16 @@ def passages(model: Model, before: State, after: State) -> Passages:
     as its centre is inside, where the wall presses on both its halves; once that is out, all contact drives it out.
     """
     start, stop = before.pellet.position, after.pellet.position
-    radius = model.pellet.radius
 
     def when(goal: float) -> float | None:
         if stop == start:
             return before.step * model.dt_wall
         return (before.step + (goal - start) / (stop - start)) * model.dt_wall
 
-    goal = model.grid.length - radius
+    pole, goal = model.pellet.oral, model.grid.length - model.pellet.anal
     return Passages(
         when(goal) if start < goal <= stop and model.pellet.highest > goal else None,
-        when(radius) if start >= radius > stop else None,
+        when(pole) if start >= pole > stop else None,
         when(0.0) if start > 0.0 >= stop else None,
     )
 

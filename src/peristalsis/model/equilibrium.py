@@ -24,9 +24,10 @@ from ..numerics.block_band import COLUMNS, DIAGONAL, PADDING, RIGHT, ROWS, solve
 from ..numerics.compiled import INDEX, compiled
 from ..numerics.reductions import dot, squares_and_largest
 from ..numerics.small import solve_small_in_place
+from ..pellet.body import unpack_pellet
 from ..pellet.contact import AUGMENTATION
 from ..pellet.friction import held_by_ends, sliding_velocity
-from ..pellet.sphere import gap_and_normal
+from ..pellet.shapes.sphere import gap_and_normal
 from ..wall.assembly import (
     FORCE_R,
     FORCE_Z,
@@ -44,7 +45,7 @@ from ..wall.assembly import (
 )
 from ..wall.constants import WallConstants
 from ..wall.unpacking import unpack_wall
-from .constants import LumenConstants, PelletConstants, Step, packed, unpack_lumen, unpack_pellet
+from .constants import LumenConstants, PelletConstants, Step, packed, unpack_lumen
 from .rounding import at_rounding
 
 __all__ = ["LumenConstants", "PelletConstants", "Step", "solve_equilibrium", "solve_packed", "workspace"]
@@ -104,7 +105,8 @@ FORCE_ROW = WALL_ROWS + 13  # derivatives of the pellet's force by rho and zeta
 BORDER = WALL_ROWS + 15  # along the normal of touching nodes: 1, dp, dZ, dF
 NORMAL = WALL_ROWS + 19  # along the normal of touching nodes: the ten entries of the tangent
 ENTRIES = 10
-WORK = NORMAL + ENTRIES
+BEND = NORMAL + ENTRIES  # radius of curvature of the contact along the meridian, Eq. (71)
+WORK = BEND + 1
 """Rows of `work` beyond those of the wall: contact at the nodes, changes in an iteration, states to go back to, and
 what the row of the pellet's force is made of."""
 
@@ -154,14 +156,16 @@ def _forces(
             axial = zeta[i] - scalars[1]
             work[TOUCHES, i] = 0.0
             work[FORCE_Z, i] -= reaction * known[WEIGHT, i]
-            if pellet.tangential:
-                work[FORCE_R, i] += reaction * known[TANGENT, i] * axial / rho[i]
-            if density[i] == 0.0 and abs(axial) > pellet.radius:
+            rubbed = pellet.tangential and known[TANGENT, i] != 0.0
+            if density[i] == 0.0 and not rubbed and (axial < -pellet.oral or axial > pellet.anal):
                 continue
-            gap, normal_r, normal_z, _ = gap_and_normal(rho[i], axial, pellet.radius)
+            gap, normal_r, normal_z, bend, _ = gap_and_normal(rho[i], axial, pellet.shape)
             work[GAP, i] = gap
             work[NORMAL_R, i] = normal_r
             work[NORMAL_Z, i] = normal_z
+            work[BEND, i] = bend
+            if rubbed:
+                work[FORCE_R, i] += reaction * known[TANGENT, i] * normal_z / normal_r
             if density[i] - AUGMENTATION * gap > 0.0:
                 work[TOUCHES, i] = 1.0
             q = h * density[i]
@@ -243,12 +247,15 @@ def _linearise(
             system[RIGHT + 7, i] = -pellet.frame * known[WEIGHT, i] / circumference
     if pellet.tangential:
         for i in range(first, high):
-            pull = pellet.frame * known[TANGENT, i] / (circumference * rho[i])
-            axial = zeta[i] - scalars[1]
-            system[DIAGONAL, i] -= pull * scalars[2] * axial / rho[i]
-            system[DIAGONAL + 1, i] += pull * scalars[2]
-            system[RIGHT + 4, i] = -pull * scalars[2]
-            system[RIGHT + 6, i] = pull * axial
+            if known[TANGENT, i] == 0.0:
+                continue
+            nr, nz = work[NORMAL_R, i], work[NORMAL_Z, i]
+            pull = pellet.frame * known[TANGENT, i] / (circumference * nr)
+            turn = pull * scalars[2] / (work[BEND, i] * nr)
+            system[DIAGONAL, i] -= turn * nz
+            system[DIAGONAL + 1, i] += turn * nr
+            system[RIGHT + 4, i] = -turn * nr
+            system[RIGHT + 6, i] = pull * nz
     for i in range(first, high):
         nr, nz = work[NORMAL_R, i], work[NORMAL_Z, i]
         if work[TOUCHES, i] == 0.0:
@@ -259,7 +266,7 @@ def _linearise(
             continue
         # Keep the normal equilibrium aside, h*dQ = NORMAL.dx + BORDER.(1, dp, dZ, dF); the tangential one takes the
         # second row, the closed gap the first.
-        turn = h * density[i] / (work[GAP, i] + pellet.radius)
+        turn = h * density[i] / work[BEND, i]
         share = circumference * nz
         for k in range(ENTRIES + COLUMNS):
             # Right-hand sides continue the blocks: two numbers for every column.

@@ -118,7 +118,7 @@ def load(
     add_pressure_forces(rho, zeta, shell.pressure[0], wall, force[0], force[1])
     h = wall.element_size
     if pellet.present:
-        penalty_contact(rho, zeta, centre, pellet.radius, laws.contact_stiffness, shell.density, normal)
+        penalty_contact(rho, zeta, centre, pellet, laws.contact_stiffness, shell.density, normal)
         circumference = 2.0 * math.pi * wall.radius
         axial = 0.0
         pressing = 0.0

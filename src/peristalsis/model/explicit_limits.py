@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..pellet.sphere import gap_and_normal
+from ..pellet.shapes.sphere import gap_and_normal
 from ..tissue.explicit_sheet import HEUN_LIMIT
 from ..wall.explicit import largest_rates
 from .fields import column, stretch_of_elements
@@ -94,7 +94,7 @@ def _pellet_limit(model: Model, state: State, stiffness: float) -> float:
     area = 2.0 * math.pi * wall.radius * wall.element_size
     total = 0.0
     for rho, zeta in zip(state.wall.position[1:-1, 0, 0], state.wall.position[1:-1, 0, 2], strict=True):
-        gap, _, axial, _ = gap_and_normal(rho, zeta - state.pellet.position, pellet.radius)
+        gap, _, axial, _, _ = gap_and_normal(rho, zeta - state.pellet.position, pellet.shape)
         if gap < 0.01 * pellet.radius:
             total += axial * axial
     return pellet.viscous / (stiffness * area * total) if total > 0.0 else math.inf

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..pellet.body import require_shape
 from ..pellet.friction import CONSTANT, friction_of_step, pressed_on_end, sliding_velocity
 from .model import Model
 from .state import PelletState, WallState
@@ -27,12 +28,14 @@ def tangential_friction_ahead(model: Model, wall: WallState, pellet: PelletState
 
 
 def _friction_ahead(model: Model, wall: WallState, pellet: PelletState) -> tuple[float, Floats, Floats]:
+    require_shape(model.pellet)
     weight, tangent = np.empty_like(wall.contact), np.empty_like(wall.contact)
     area = 2.0 * np.pi * model.wall.radius * model.wall.element_size / model.grid.n_theta
     dry = friction_of_step(
         wall.contact,
         wall.position,
         pellet.position,
+        model.pellet.shape,
         0.0 if rests_on_end(model, pellet) else pellet.axial_force,
         model.pellet.viscous,
         dry_friction_now(model, pellet),

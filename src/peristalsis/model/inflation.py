@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from ..errors import DivergenceError
 from ..geometry.grid import Grid
 from ..numerics.roots import find_root
+from ..pellet.body import resized_pellet
+from ..pellet.contact import room
 from ..wall.assembly import HISTORY_HOOP, HISTORY_R, HISTORY_STRETCH, HISTORY_Z
 from ..wall.membrane import nominal_tensions
 from ..wall.passive import passive_tension
@@ -110,7 +112,8 @@ class Tube:
         """
         model, wall, known = self.model, self.model.wall, self._known
         self.scalars[0] = pressure
-        pellet = model.pellet._replace(present=radius > 0.0, radius=max(radius, 1e-3), frame=0.0, volume=0.0)
+        sized = resized_pellet(model.pellet, max(radius, 1e-3))
+        pellet = sized._replace(present=radius > 0.0, frame=0.0, volume=0.0)
         slope, tolerance = 0.0, model.tolerance
         known[HISTORY_R : HISTORY_Z + 1] = 0.0
         known[HISTORY_STRETCH], known[HISTORY_HOOP] = 1.0, 1.0
@@ -140,8 +143,8 @@ class Tube:
         return code
 
     def room(self) -> float:
-        """Distance from the pellet's centre to the wall [cm]."""
-        return float(np.hypot(self.rho, self.zeta - self.model.start_position).min())
+        """Girth radius [cm] of the largest pellet of this shape that has room."""
+        return float(room(self.rho, self.zeta, self.model.start_position, self.model.pellet.shape))
 
 
 def inflate_and_insert(model: Model) -> tuple[Tube, Floats, list[str]]:

@@ -12,7 +12,8 @@ from ..control.reflex import SILENT
 from ..control.sequence import quiet
 from ..errors import ConfigurationError
 from ..geometry.tube import lumen_volume
-from ..pellet.friction import dry_friction
+from ..pellet.body import require_shape
+from ..pellet.friction import dry_friction, share_out
 from ..tissue.cell import SHIPPED_CELL
 from ..tissue.steady import NoRestError, RestState
 from .inflation import inflate_and_insert
@@ -27,6 +28,7 @@ def initial_state(model: Model) -> tuple[Model, State, list[str]]:
 
     Raises DivergenceError if the tube cannot be inflated or the pellet not be inserted, with the cause.
     """
+    require_shape(model.pellet)
     sheets, remarks = _resting_sheets(model)
     tube, free, more = inflate_and_insert(model)
     rho, zeta, contact, force = tube.rho, tube.zeta, tube.contact, float(tube.scalars[2])
@@ -80,9 +82,11 @@ def _at_rest(
 
 def _holding(model: Model, contact: Floats, rho: Floats, zeta: Floats) -> float:
     """Dry friction [mN] that holds the resting pellet, Eqs. (50) and (51)."""
-    axial = zeta - model.start_position
     area = 2.0 * np.pi * model.wall.radius * model.wall.element_size
-    pressing = area * float((contact * rho / np.hypot(rho, axial)).sum())
+    nodes = np.zeros((rho.size, 1, 3))
+    nodes[:, 0, 0], nodes[:, 0, 2] = rho, zeta
+    shares = np.empty((rho.size, 1))
+    pressing = area * share_out(contact[:, None], nodes, model.start_position, model.pellet.shape, True, shares)
     return dry_friction(model.pellet.dry, model.friction, pressing, True)
 
 

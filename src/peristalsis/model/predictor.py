@@ -14,6 +14,8 @@ import math
 import numpy as np
 
 from ..numerics.compiled import compiled
+from ..pellet.constants import PelletConstants
+from ..pellet.shapes.sphere import reach
 from ..wall.assembly import (
     DRIVE_C_LEFT,
     DRIVE_C_RIGHT,
@@ -75,7 +77,7 @@ def fit_lengths(
     zeta: np.ndarray,
     density: np.ndarray,
     centre: float,
-    radius: float,
+    pellet: PelletConstants,
     old_stretch: np.ndarray,
     old_stretch_rate: np.ndarray,
     old_hoop: np.ndarray,
@@ -87,7 +89,7 @@ def fit_lengths(
 ) -> None:
     """Improve the extrapolated rho, zeta [cm] (n,) in place where the drive jumps.
 
-    density, centre, radius: contact [mN/cm^2] and the extrapolated pellet [cm]; no node is put on it if radius is 0.
+    density, centre: contact [mN/cm^2] and the extrapolated place of the pellet [cm]; touching nodes are put on it.
     known, slope: as for `wall_forces`. old_*: what the tensions of the step before were computed with: stretches
     (n - 1,) and (n,), their rates and the drives in the shapes of `WallState`.
     """
@@ -141,8 +143,8 @@ def fit_lengths(
         share = moved / math.sqrt(dr * dr + dz * dz)
         rho[i] += share * dr
         zeta[i] += share * dz
-        if density[i] > 0.0 and radius > 0.0:
+        if density[i] > 0.0 and pellet.present:
             axial = zeta[i] - centre
-            scale = radius / math.sqrt(rho[i] * rho[i] + axial * axial)
+            scale = pellet.shape.radius / reach(rho[i], axial, pellet.shape)
             rho[i] *= scale
             zeta[i] = centre + axial * scale

@@ -15,6 +15,7 @@ from ..control.sequence import TriggerState, add_trigger_current, observe_activa
 from ..errors import DivergenceError
 from ..numerics.rates import rate_formula
 from ..numerics.transfer import average
+from ..pellet.body import require_shape
 from ..tissue.bidomain import EllipticError, surface_operator
 from ..tissue.cell import SHIPPED_CELL, Cell
 from ..tissue.surface import SurfaceOperator, SurfaceSizes
@@ -58,6 +59,7 @@ class StepReport:
 
 def advance(model: Model, state: State) -> tuple[State, StepReport]:
     """The state one wall step later, and what it took. Raises DivergenceError naming field, place and time."""
+    require_shape(model.pellet)
     start = state.step * model.dt_wall
     stop = (state.step + 1) * model.dt_wall
     state = replace(state, sources=follow(model.sources, state.sources, start, stop))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from ..pellet.body import require_shape
 from .balance import Momentum, Work, momentum_from, work_from, work_of_step
 from .bookkeeping import ContactSummary, EndReactions, StepNumbers, numbers_of_step
 from .constants import packed
@@ -24,6 +25,7 @@ class StepSummary(NamedTuple):
 
 def summary_of_step(model: Model, before: State, after: State) -> StepSummary:
     """`work_of_step`, `momentum_of_step`, `contact_summary` and `end_reactions`, of one column in one compiled call."""
+    require_shape(model.pellet)
     if model.grid.is_surface:
         ends = end_reactions(after.wall, model.wall, after.pressure)
         momentum = momentum_from(model, before, after, ends.anal - ends.oral)
@@ -33,7 +35,7 @@ def summary_of_step(model: Model, before: State, after: State) -> StepSummary:
         after.wall.arrays,
         after.pressure,
         after.pellet.position,
-        model.pellet.radius if model.pellet.present else 0.0,
+        packed(model.pellet),
         packed(model.wall),
     )
     momentum = momentum_from(model, before, after, numbers.ends.anal - numbers.ends.oral)

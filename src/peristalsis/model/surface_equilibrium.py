@@ -21,7 +21,7 @@ from ..numerics.krylov import flexible_gmres
 from ..numerics.ring_blocks import RingOperator, multiply, multiply_transposed, pad
 from ..numerics.ring_solver import Constraint, RingSolver, add_normal, project
 from ..pellet.friction import held_by_ends, sliding_velocity
-from ..pellet.surface_contact import force_on_pellet, measure_contact
+from ..pellet.surface_contact import force_on_pellet, measure_contact, no_contact
 from ..wall.constants import SurfaceConstants, WallConstants
 from ..wall.surface import Edges, add_edge_forces, add_edge_tangent, load_edges, measure_edges, new_edges
 from ..wall.surface_regularisers import (
@@ -109,8 +109,9 @@ class _Trial:
         self.padded, self.moved = np.empty((n, 3, m + 2)), np.empty((n, 3, m + 2))
         self.edges: Edges = new_edges(n, m)
         self.residual, self.gradient = np.empty((n, 3, m)), np.empty((n, 3, m))
-        self.gap, self.normal = np.zeros((n, m)), np.zeros((n, 3, m))
-        self.touching, self.rows = np.zeros((n, m), np.bool_), np.zeros(n, np.bool_)
+        self.contact = no_contact(n, m)
+        self.gap, self.normal = self.contact.gap, self.contact.normal
+        self.touching, self.rows = self.contact.touching, self.contact.rows
         self.scalar_residual = np.zeros(scalars.size)
         self.volume = self.law = self.speed_slope = 0.0
         self.merit = self.worst = math.inf
@@ -184,11 +185,8 @@ class _Trial:
             x,
             y,
             float(s[Z]),
-            p.pellet.radius,
-            self.gap,
-            self.normal,
-            self.touching,
-            self.rows,
+            p.pellet.shape,
+            self.contact,
         )
         inner = slice(1, -1)
         self.residual -= h * self.density[:, None, :] * self.normal
@@ -289,7 +287,10 @@ def _newton_update(trial: _Trial, blocks: Floats, target: float) -> tuple[tuple[
     n, _, m = trial.places.shape
     h, normal, touching = wall.element_size, trial.normal, trial.touching
     padded = np.empty((n, 3, m + 2))
-    turn = np.where(touching, h * trial.density / (trial.gap + pellet.radius), 0.0)
+    # Where a node moves across the normal, that turns: around the axis by `turn`, along the meridian by `excess` more.
+    meridian = trial.contact.meridian
+    turn = np.where(touching, h * trial.density / trial.contact.hoop, 0.0)
+    excess = np.where(touching, h * trial.density / trial.contact.bend, 0.0) - turn
     blocks[...] = 0.0
     add_edge_tangent(trial.edges, blocks)
     add_shear_tangent(trial.padded, problem.shear_history, step.slope, wall, problem.surface, blocks)
@@ -299,6 +300,7 @@ def _newton_update(trial: _Trial, blocks: Floats, target: float) -> tuple[tuple[
         blocks[:, 4, a, a] += mass - turn
     if pellet.present:
         blocks[:, 4] += turn[:, None, None, :] * normal[:, :, None, :] * normal[:, None, :, :]
+        blocks[:, 4] -= excess[:, None, None, :] * meridian[:, :, None, :] * meridian[:, None, :, :]
     operator = RingOperator(
         blocks,
         bending_along(wall, step.slope),
@@ -342,6 +344,7 @@ def _newton_update(trial: _Trial, blocks: Floats, target: float) -> tuple[tuple[
             share = np.where(touching, (axis[None] * normal).sum(axis=1), 0.0)
             along[c] = share[:, None, :] * normal
             across[c] = turn[:, None, :] * (axis[None] - along[c])
+            across[c] += (excess * (axis[None] * meridian).sum(axis=1))[:, None, :] * meridian
             pushed[c] = times(along[c], band)
             columns[c] = pushed[c] + across[c]
         for c, axis in trial.axes.items():

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from ..geometry.surface import equivalent_radius, rates_to_frames, to_frames
 from ..numerics.compiled import compiled
 from ..numerics.ring_blocks import pad
-from ..pellet.surface_contact import measure_contact
+from ..pellet.constants import PelletConstants
+from ..pellet.surface_contact import measure_contact, no_contact
 from ..wall.constants import SurfaceConstants, WallConstants
 from ..wall.membrane import PARTS, TOTAL_LONGITUDINAL, corner_tension
 from ..wall.surface import measure_edges, new_edges
@@ -166,17 +167,17 @@ class SurfaceContact(NamedTuple):
 
 
 def surface_contact(
-    wall: WallState, pellet: PelletState, radius: float | None, constants: WallConstants
+    wall: WallState, pellet: PelletState, body: PelletConstants, constants: WallConstants
 ) -> SurfaceContact:
-    """Normal force, pressure [mN/cm^2], edges of the contact and smallest gap [cm]; radius None without a pellet."""
+    """Normal force, pressure [mN/cm^2], edges of the contact and smallest gap [cm]."""
     n, m, _ = wall.position.shape
     area = 2.0 * math.pi * constants.radius / m * constants.element_size
     touching = wall.contact > 0.0
     places = wall.position[:, :, 2][touching]
     pressure = surface_contact_pressure(wall, constants)
     gap = math.inf
-    if radius is not None:
-        distances, normal = np.empty((n, m)), np.zeros((n, 3, m))
+    if body.present:
+        found = no_contact(n, m)
         x, y = pellet.across
         measure_contact(
             to_frames(wall.position),
@@ -184,13 +185,10 @@ def surface_contact(
             x,
             y,
             pellet.position,
-            radius,
-            distances,
-            normal,
-            np.empty((n, m), np.bool_),
-            np.empty(n, np.bool_),
+            body.shape,
+            found,
         )
-        gap = float(distances[1:-1].min())
+        gap = float(found.gap[1:-1].min())
     return SurfaceContact(
         float(wall.contact.sum()) * area,
         float(pressure.max()),

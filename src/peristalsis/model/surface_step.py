@@ -11,7 +11,7 @@ from ..geometry.surface import from_frames, rates_from_frames, rates_to_frames, 
 from ..numerics.rates import RateFormula, rate_formula
 from ..numerics.ring_blocks import pad
 from ..pellet.friction import held_by_ends, sliding_velocity
-from ..pellet.surface_contact import force_on_pellet, measure_contact
+from ..pellet.surface_contact import force_on_pellet, measure_contact, no_contact
 from ..wall.constants import SurfaceConstants
 from ..wall.surface import measure_edges, new_edges
 from ..wall.surface_regularisers import patch_shear
@@ -227,12 +227,10 @@ def _move_pellet(
     if not model.pellet.present:
         return PelletState(z, 0.0, 0.0)
     n, _, m = places.shape
-    gap, normal = np.empty((n, m)), np.zeros((n, 3, m))
-    measure_contact(
-        places, density, x, y, z, model.pellet.radius, gap, normal, np.empty((n, m), np.bool_), np.empty(n, np.bool_)
-    )
+    found = no_contact(n, m)
+    measure_contact(places, density, x, y, z, model.pellet.shape, found)
     area = 2.0 * np.pi * model.wall.radius / m * model.wall.element_size
-    _, _, force = force_on_pellet(density, normal, area)
+    _, _, force = force_on_pellet(density, found.normal, area)
     sliding, _ = sliding_velocity(force, model.pellet.viscous, problem.pellet.dry)
     drift = model.pellet.frame * float((problem.friction_weight * velocity[:, 2]).sum())
     velocity_now = sliding + drift

@@ -7,13 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..numerics.compiled import compiled
+from ..pellet.body import unpack_pellet
+from ..pellet.constants import PELLET_DRY
 from ..pellet.contact import axial_force
 from ..pellet.friction import FrictionLaw, friction_of_step, held_by_ends, pressed_on_end, sliding_velocity
 from ..wall.assembly import HISTORY_HOOP, HISTORY_R, HISTORY_STRETCH, HISTORY_Z, set_drives
 from ..wall.membrane import element_stretch
 from ..wall.unpacking import unpack_wall
 from .arrays import NewWall, WallArrays
-from .constants import PELLET_DRY, unpack_pellet
 from .equilibrium import CONVERGED, KNOWN, OUT_OF_RANGE, ROUNDED, TANGENT, VELOCITY_R, WEIGHT, solve_packed
 from .predictor import fit_lengths
 
@@ -66,6 +67,7 @@ def step_wall(
         before.contact,
         before.position,
         numbers[CENTRE],
+        pellet.shape,
         0.0 if held else numbers[FORCE],
         pellet.viscous,
         numbers[DRY],
@@ -205,9 +207,8 @@ def prepare_step(
         known[TANGENT, i] = tangent[i, 0]
     set_drives(drive[0, :, 0].copy(), drive[1, :, 0].copy(), known)
     if step_before > 0.0:
-        radius = pellet.radius if pellet.present else 0.0
         fit_lengths(
-            rho, zeta, density, centre, radius, stretch, stretch_rate, hoop, hoop_rate, old_drive, known, inverse, wall
+            rho, zeta, density, centre, pellet, stretch, stretch_rate, hoop, hoop_rate, old_drive, known, inverse, wall
         )
     return True
 
@@ -258,7 +259,7 @@ def finish_step(
     if not pellet.present:
         return
     area = 2.0 * np.pi * wall.radius * wall.element_size
-    numbers[FORCE] = axial_force(rho, zeta, density, numbers[CENTRE], pellet.radius, area)
+    numbers[FORCE] = axial_force(rho, zeta, density, numbers[CENTRE], pellet.shape, area)
     sliding, _ = sliding_velocity(numbers[FORCE], pellet.viscous, pellet.dry)
     carried = 0.0
     for i in range(n):

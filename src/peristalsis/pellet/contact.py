@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from ..numerics.compiled import compiled
-from .sphere import gap_and_normal
+from .shapes.sphere import ShapeConstants, gap_and_normal, reach
 
 AUGMENTATION = 1.0e5
 """Weight of the gap against Q in the choice of touching nodes [mN/cm^3]; does not enter the solution."""
@@ -20,22 +20,43 @@ AUGMENTATION = 1.0e5
 
 @compiled
 def axial_force(
-    rho: np.ndarray, zeta: np.ndarray, density: np.ndarray, centre: float, radius: float, area: float
+    rho: np.ndarray, zeta: np.ndarray, density: np.ndarray, centre: float, shape: ShapeConstants, area: float
 ) -> float:
     """Axial force of the wall on the pellet [mN]: minus the sum of Q n_zeta over nodes of `area` [cm^2]."""
     total = 0.0
     for i in range(rho.size):
         if density[i] != 0.0:
-            _, _, nz, _ = gap_and_normal(rho[i], zeta[i] - centre, radius)
+            _, _, nz, _, _ = gap_and_normal(rho[i], zeta[i] - centre, shape)
             total -= area * density[i] * nz
     return total
 
 
 @compiled
-def smallest_gap(rho: np.ndarray, zeta: np.ndarray, centre: float, radius: float) -> float:
+def smallest_gap(rho: np.ndarray, zeta: np.ndarray, centre: float, shape: ShapeConstants) -> float:
     """Smallest gap between the free nodes and the pellet [cm]; negative means penetration."""
     least = math.inf
     for i in range(1, rho.size - 1):
-        gap, _, _, _ = gap_and_normal(rho[i], zeta[i] - centre, radius)
+        gap, _, _, _, _ = gap_and_normal(rho[i], zeta[i] - centre, shape)
         least = min(least, gap)
     return least
+
+
+@compiled
+def room(rho: np.ndarray, zeta: np.ndarray, centre: float, shape: ShapeConstants) -> float:
+    """Girth radius [cm] of the largest similar body that fits within the nodes, Eq. (72)."""
+    least = math.inf
+    for i in range(rho.size):
+        least = min(least, reach(rho[i], zeta[i] - centre, shape))
+    return least
+
+
+@compiled
+def normal_slope(position: np.ndarray, weight: np.ndarray, centre: float, shape: ShapeConstants) -> np.ndarray:
+    """n_zeta / n_rho of the normal at nodes (n, m, 3) that have a weight (n, m), zero at the others."""
+    slopes = np.zeros_like(weight)
+    for i in range(weight.shape[0]):
+        for j in range(weight.shape[1]):
+            if weight[i, j] != 0.0:
+                _, nr, nz, _, _ = gap_and_normal(position[i, j, 0], position[i, j, 2] - centre, shape)
+                slopes[i, j] = nz / nr
+    return slopes

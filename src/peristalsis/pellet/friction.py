@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ..numerics.compiled import compiled
+from .shapes.sphere import ShapeConstants, gap_and_normal
 
 
 class FrictionLaw(NamedTuple):
@@ -76,15 +76,22 @@ def pressed_part(dry: float, law: FrictionLaw, pressing: float, force: float, ho
 
 
 @compiled
-def share_out(contact: np.ndarray, position: np.ndarray, centre: float, across: bool, weight: np.ndarray) -> float:
+def share_out(
+    contact: np.ndarray,
+    position: np.ndarray,
+    centre: float,
+    shape: ShapeConstants,
+    across: bool,
+    weight: np.ndarray,
+) -> float:
     """Shares of the nodes in the pressing, and its sum: of the contact, or of its part across the axis."""
     total = 0.0
     for i in range(contact.shape[0]):
         for j in range(contact.shape[1]):
             pressing = contact[i, j]
             if across and pressing != 0.0:
-                rho, axial = position[i, j, 0], position[i, j, 2] - centre
-                pressing *= rho / math.sqrt(rho * rho + axial * axial)
+                _, normal_r, _, _, _ = gap_and_normal(position[i, j, 0], position[i, j, 2] - centre, shape)
+                pressing *= normal_r
             weight[i, j] = pressing
             total += pressing
     for i in range(contact.shape[0]):
@@ -98,6 +105,7 @@ def friction_of_step(
     contact: np.ndarray,
     position: np.ndarray,
     centre: float,
+    shape: ShapeConstants,
     force: float,
     viscous: float,
     dry_before: float,
@@ -117,10 +125,10 @@ def friction_of_step(
     stuck = sliding_velocity(force, viscous, dry_before)[0] == 0.0
     if law.coefficient <= 0.0:
         tangent[:] = 0.0
-        return dry_friction(dry, law, area * share_out(contact, position, centre, False, weight), stuck)
-    pressing = area * share_out(contact, position, centre, True, tangent)
+        return dry_friction(dry, law, area * share_out(contact, position, centre, shape, False, weight), stuck)
+    pressing = area * share_out(contact, position, centre, shape, True, tangent)
     holding = dry_friction(dry, law, pressing, stuck)
-    share_out(contact, position, centre, False, weight)
+    share_out(contact, position, centre, shape, False, weight)
     part = pressed_part(dry, law, pressing, force, holding)
     for i in range(contact.shape[0]):
         for j in range(contact.shape[1]):

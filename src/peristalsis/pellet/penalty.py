@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..numerics.compiled import compiled
-from .sphere import gap_and_normal
+from .constants import PelletConstants
+from .shapes.sphere import gap_and_normal
 
 
 @compiled
@@ -13,7 +14,7 @@ def penalty_contact(
     rho: np.ndarray,
     zeta: np.ndarray,
     centre: float,
-    radius: float,
+    pellet: PelletConstants,
     stiffness: float,
     density: np.ndarray,
     normal: np.ndarray,
@@ -22,12 +23,12 @@ def penalty_contact(
 
     stiffness: k_c [mN/cm^3], of undeformed area. density: (n,), normal: (2, n), both written.
     """
-    reach = radius * radius
     for i in range(1, rho.size - 1):
         axial = zeta[i] - centre
         density[i] = 0.0
-        if rho[i] * rho[i] + axial * axial < reach:
-            gap, nr, nz, _ = gap_and_normal(rho[i], axial, radius)
-            density[i] = -stiffness * gap
-            normal[0, i] = nr
-            normal[1, i] = nz
+        if rho[i] < pellet.shape.radius and -pellet.oral < axial < pellet.anal:
+            gap, nr, nz, _, _ = gap_and_normal(rho[i], axial, pellet.shape)
+            if gap < 0.0:
+                density[i] = -stiffness * gap
+                normal[0, i] = nr
+                normal[1, i] = nz

@@ -17,6 +17,7 @@ from ..errors import ConfigurationError
 from ..names import FIELDS, OUTPUTS
 
 if TYPE_CHECKING:
+    from ..inputs.shape import PelletShape
     from ..results.result import Result
 
 Floats = NDArray[np.float64]
@@ -99,9 +100,24 @@ def length(result: Result) -> float:
     return 10.0 * result.configuration.wall.length
 
 
-def pellet_radius(result: Result) -> float:
-    """Radius of the pellet [mm]."""
-    return 10.0 * result.configuration.pellet.radius
+def pellet_shape(result: Result) -> PelletShape:
+    """The pellet's shape, in cm."""
+    from ..inputs.shape import shape_of
+
+    return shape_of(result.configuration)
+
+
+def poles(result: Result) -> tuple[float, float]:
+    """Distances of the oral and of the anal pole from the pellet's centre [mm]."""
+    shape = pellet_shape(result)
+    return 10.0 * shape.oral, 10.0 * shape.anal
+
+
+def pellet_outline(result: Result, centre: float = 0.0) -> Floats:
+    """The pellet's outline in a plane through its axis [mm], (points, 2): along the tube, from a centre, and across."""
+    axial, radii = pellet_shape(result).outline()
+    along, across = 10.0 * axial + centre, 10.0 * radii
+    return np.column_stack([np.r_[along, along[-2:0:-1]], np.r_[across, -across[-2:0:-1]]])
 
 
 def end_time(result: Result) -> float:
@@ -173,7 +189,8 @@ def manometry(result: Result, spacing: float) -> tuple[Floats, Floats, Floats]:
 
 def contact_map(result: Result, count: int = 241) -> tuple[Floats, Floats, Floats]:
     """Time [s], place relative to the pellet's centre [mm] and contact pressure [kPa], shape (n_time, count)."""
-    relative = np.linspace(-1.0, 1.0, count) * pellet_radius(result)
+    oral, anal = poles(result)
+    relative = np.linspace(-oral, anal, count)
     centre = at_frames(result, "pellet_position", "mm")
     contact = around(result, "contact_pressure")
     places = np.maximum.accumulate(around(result, "axial_position", "mm"), axis=1)

@@ -88,7 +88,7 @@ def _pictures(result: Result, frames: list[int], rate: int) -> list[Image.Image]
     """One picture a frame; all that stands still is drawn once, only what moves is drawn anew."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection
-    from matplotlib.patches import Circle
+    from matplotlib.patches import Polygon
 
     cmap, norm = tension_colours(result)
     axial, shape = data.cut(result, "axial_position", "mm"), data.profile(result)
@@ -104,7 +104,8 @@ def _pictures(result: Result, frames: list[int], rate: int) -> list[Image.Image]
     pellet = None
     if data.has_pellet(result):
         centres = data.at_frames(result, "pellet_position", "mm")
-        pellet = Circle((centres[0], 0.0), data.pellet_radius(result), facecolor="0.82", edgecolor="0.4", linewidth=0.8)
+        outline = data.pellet_outline(result)
+        pellet = Polygon(outline + np.array([centres[0], 0.0]), facecolor="0.82", edgecolor="0.4", linewidth=0.8)
         axes.add_patch(pellet)
     axes.set_aspect("equal")
     axes.set_ylim(-widest, widest)
@@ -131,7 +132,7 @@ def _pictures(result: Result, frames: list[int], rate: int) -> list[Image.Image]
         wall.set_segments(list(segments(axial[:, frame], shape[:, frame])))
         wall.set_array(segment_values(tension[:, frame]))
         if pellet is not None:
-            pellet.set_center((centres[frame], 0.0))
+            pellet.set_xy(outline + np.array([centres[frame], 0.0]))
         clock.set_text(f"t = {time[frame]:.2f} s")
         for artist in moving:
             artist.draw(agg.get_renderer())

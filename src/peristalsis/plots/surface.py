@@ -72,10 +72,10 @@ def pellet(result: Result, frame: int, rings: int = 24, around: int = 48) -> Sur
     """The pellet at a stored time; its poles are facets of no height."""
     centre = float(data.at_frames(result, "pellet_position")[frame])
     speed = float(data.at_frames(result, "pellet_velocity")[frame])
-    polar, turn = np.linspace(np.pi, 0.0, rings + 1)[:, None], 2.0 * np.pi * np.arange(around) / around
-    radius = result.configuration.pellet.radius
-    x, y = radius * np.sin(polar) * np.cos(turn), radius * np.sin(polar) * np.sin(turn)
-    z = centre + radius * np.cos(polar) * np.ones_like(turn)
+    axial, radii = (field[:, None] for field in data.pellet_shape(result).outline(rings + 1))
+    turn = 2.0 * np.pi * np.arange(around) / around
+    x, y = radii * np.cos(turn), radii * np.sin(turn)
+    z = centre + axial * np.ones_like(turn)
     points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
     velocity = np.zeros_like(points)
     velocity[:, 2] = speed

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..inputs.config import Configuration
 from ..inputs.preflight import ACCEPTED, CELL_ERROR, ELEMENT_ERROR, THREE_POINT_ERROR, expected_error, foot_length
+from ..inputs.shape import shape_of
 from ..model.inflation import LOPSIDED
 from ..model.model import ACTIVATION_LEVEL, Model
 
@@ -249,7 +250,7 @@ def _end_decides(configuration: Configuration, arrays: Mapping[str, Any], summar
             f"the pellet was expelled at {transit:.4g} s, just before the end of the run at {duration:g} s: lengthen "
             "run.duration before comparing with other runs, which may not get there in time"
         ]
-    goal = configuration.wall.length - configuration.pellet.radius
+    goal = configuration.wall.length - shape_of(configuration).anal
     left = goal - float(arrays["pellet_position"][-1])
     coming = float(arrays["pellet_velocity"][-1]) * END_MARGIN * duration
     if summary["status"] != "in_transit" or not 0.0 <= left <= coming:

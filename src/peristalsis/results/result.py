@@ -23,6 +23,7 @@ from ..errors import ConfigurationError, shown
 from ..inputs import tables
 from ..inputs.config import Configuration
 from ..inputs.recording import probe_names
+from ..inputs.shape import size_in_words
 from ..names import CERTAIN, COORDINATES, OUTPUTS, PROBE, Output
 from ..paths import located
 from ..storing.disk import read_regular
@@ -122,8 +123,10 @@ class Result:
             ("simulated", "simulated_s", "s"),
         )
         found = [(label, summary.get(key), unit) for label, key, unit in numbers]
-        return [("status", self.status.replace("_", " "))] + [
-            (label, f"{value:.4g} {unit}") for label, value, unit in found if isinstance(value, int | float)
+        return [
+            ("status", self.status.replace("_", " ")),
+            *((label, f"{value:.4g} {unit}") for label, value, unit in found if isinstance(value, int | float)),
+            *size_in_words(self.configuration),
         ]
 
     def __repr__(self) -> str:

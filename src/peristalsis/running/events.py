@@ -112,8 +112,8 @@ class EventRecorder:
             self.note(time, "contact_made", place, "the wall touches the pellet again")
 
     def _ends(self, model: Model, before: State, after: State) -> None:
-        place, radius = after.pellet.position, model.pellet.radius
-        if radius < place < model.grid.length - radius:
+        place = after.pellet.position
+        if model.pellet.oral < place < model.grid.length - model.pellet.anal:
             return
         found = passages(model, before, after)
         if found.oral_pole is not None:

@@ -13,6 +13,7 @@ from ..inputs.build import diffusivity
 from ..inputs.config import Configuration
 from ..inputs.parts import SHIPPED
 from ..inputs.preflight import foot_length
+from ..inputs.shape import shape_of
 from ..model.ends import bulges
 from ..results.measures import FASTEST, largest, share_of, speed_of_passage
 from ..results.result import json_ready
@@ -96,7 +97,7 @@ def _of_pellet(configuration: Configuration, arrays: Mapping[str, Any], expulsio
     until = float(time[-1]) if left is None else left
     end = position[-1] if left is None else np.interp(left, time, position)
     travel = float(end - position[0])
-    beyond = configuration.pellet.radius - float(position.min())
+    beyond = shape_of(configuration).oral - float(position.min())
     numbers = (
         float(position[0]),
         float(position[-1]),

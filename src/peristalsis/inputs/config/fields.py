@@ -66,7 +66,7 @@ class Section(BaseModel):
 
 
 class Pellet(Section):
-    """The rigid sphere."""
+    """The rigid pellet; radius is that of its girth, whatever its shape."""
 
     enabled: bool = parameter("pellet.enabled")
     shape: str = parameter("pellet.shape")

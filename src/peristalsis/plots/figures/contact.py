@@ -31,10 +31,10 @@ def panel(axes: Axes, result: Result) -> Any:
     touching = np.ma.masked_less_equal(pressure, 0.0)
     mesh = style.colour_map(axes, result, time, place, touching, style.PRESSURE, norm)
     axes.set_facecolor("0.8")
-    radius = data.pellet_radius(result)
-    axes.set_ylim(radius, -radius)
+    oral, anal = data.poles(result)
+    axes.set_ylim(anal, -oral)
     axes.axhline(0.0, color="white", linewidth=0.8, linestyle=":")
-    ticks = [-radius, -radius / 2, 0.0, radius / 2, radius]
+    ticks = [-oral, -oral / 2, 0.0, anal / 2, anal]
     names = [style.signed(tick) for tick in ticks]
     axes.set_yticks(ticks, [f"oral  {names[0]}", *names[1:-1], f"anal  {names[-1]}"])
     axes.set_ylabel("from pellet's centre (mm)")

@@ -32,10 +32,10 @@ def panel(axes: Axes, result: Result) -> Any:
 def pellet_track(axes: Axes, result: Result, colour: str = "white", outline: str = "black") -> None:
     """The pellet's centre and both its poles over time."""
     time, centre = data.values(result, "time_step"), data.values(result, "pellet_position", "mm")
-    radius = data.pellet_radius(result)
+    oral, anal = data.poles(result)
     effects = style.outlined(outline, 2.6)
     axes.plot(time, centre, color=colour, linewidth=1.4, path_effects=effects, label="pellet, centre")
-    for pole, label in ((centre - radius, "pellet, poles"), (centre + radius, "_")):
+    for pole, label in ((centre - oral, "pellet, poles"), (centre + anal, "_")):
         axes.plot(time, pole, color=colour, linewidth=1.0, linestyle=(0, (4, 2)), path_effects=effects, label=label)
 
 

@@ -57,19 +57,17 @@ def largest_pressure(result: Result) -> float:
 def panel(axes: Axes, result: Result, frame: int, cmap: Colormap, norm: Any) -> Any:
     """One time; returns the coloured wall for a colour bar."""
     from matplotlib.collections import LineCollection
-    from matplotlib.patches import Circle
+    from matplotlib.patches import Polygon
 
     axial = data.cut(result, "axial_position", "mm")[:, frame]
     shape = data.profile(result)[:, frame]
     if data.has_pellet(result):
         centre = float(data.at_frames(result, "pellet_position", "mm")[frame])
-        axes.add_patch(
-            Circle((centre, 0.0), data.pellet_radius(result), facecolor="0.82", edgecolor="0.4", linewidth=0.8)
-        )
+        axes.add_patch(Polygon(data.pellet_outline(result, centre), facecolor="0.82", edgecolor="0.4", linewidth=0.8))
         axes.plot([centre], [0.0], "+", color="0.3", markersize=5, markeredgewidth=0.9)
         pressure = np.nan_to_num(data.cut(result, "contact_pressure")[:, frame])
         for side in (0, 1):
-            _pressure_band(axes, axial[side], shape[side], centre, pressure[side] / largest_pressure(result))
+            _pressure_band(axes, result, axial[side], shape[side], centre, pressure[side] / largest_pressure(result))
     wall = LineCollection(list(segments(axial, shape)), cmap=cmap, norm=norm, linewidths=2.0, capstyle="round")
     wall.set_array(segment_values(data.cut(result, "tension_circumferential", "N/cm")[:, frame]))
     axes.add_collection(wall)
@@ -81,16 +79,16 @@ def panel(axes: Axes, result: Result, frame: int, cmap: Colormap, norm: Any) -> 
     return wall
 
 
-def _pressure_band(axes: Axes, axial: Floats, shape: Floats, centre: float, pressure: Floats) -> None:
+def _pressure_band(axes: Axes, result: Result, axial: Floats, shape: Floats, centre: float, pressure: Floats) -> None:
     """Contact pressure, as a share of the largest: a band outside one side of the wall, along the pellet's normal."""
     touching = np.flatnonzero(pressure > 0.0)
     for part in np.split(touching, np.flatnonzero(np.diff(touching) > 1) + 1):
         if part.size < 2:
             continue
         x, y = axial[part], shape[part]
-        distance = np.hypot(x - centre, y)
         out = PRESSURE_HEIGHT * pressure[part]
-        along, up = (x - centre) / distance, y / distance
+        up, along = data.pellet_shape(result).normals(0.1 * np.abs(y), 0.1 * (x - centre))
+        up = np.copysign(up, y)
         axes.fill(
             np.concatenate([x, (x + out * along)[::-1]]),
             np.concatenate([y, (y + out * up)[::-1]]),
