@@ -137,15 +137,7 @@ def _known(given: str) -> Mapping[str, Mapping[str, Part]]:
 def _shipped() -> tuple[Part, ...]:
     files = [file for folder in KINDS.values() for file in sorted((PACKAGE / folder).glob("*.py"))]
     found = [read_part(file) for file in files if re.search(r"^KIND\b", file.read_text(encoding="utf-8"), re.MULTILINE)]
-    missing = [
-        Part(kind, name, title, PACKAGE / file)
-        for kind, name, title, file in _IN_THEIR_SLOTS
-        if not any(part.kind == kind and part.name == name for part in found)
-    ]
-    return (*missing, *found)
-
-
-_IN_THEIR_SLOTS = (("shape", "sphere", "sphere", "pellet/sphere.py"),)
+    return tuple(found)
 
 
 def _installed() -> Iterator[tuple[Path, str]]:

@@ -1,4 +1,4 @@
-"""Capsule: a cylinder between two half spheres, whose distance is one formula, Eqs. (70) and (72)."""
+"""The capsule: a cylinder with hemispherical caps, Eq. (74). Its curvature jumps where they meet, not its normal."""
 
 from __future__ import annotations
 
