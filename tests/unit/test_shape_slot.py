@@ -105,6 +105,12 @@ def test_bodies_that_are_none_are_refused() -> None:
         build(configured({"pellet.shape": "capsule", "pellet.capsule.length": "10 cm"}))
 
 
+def test_a_flat_pellet_needs_its_own_length_of_tube() -> None:
+    """Not that of the sphere of its girth."""
+    flat = {"pellet.shape": "spheroid", "pellet.spheroid.aspect": 0.5, "wall.length": "2 cm"}
+    assert build(configured(flat, {"output.probes": "1 cm"})).start_position == pytest.approx(0.3 + 0.45)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

@@ -278,7 +278,7 @@ def _check_control(config: Configuration) -> None:
 def _check_pellet(config: Configuration) -> None:
     pellet, wall = config.pellet, config.wall
     needed = 2 * pellet.radius + pellet.start_gap
-    if needed >= wall.length:
+    if pellet.shape == SHIPPED["shape"] and needed >= wall.length:  # any other shape says it when it is built
         _refuse(
             "wall.length",
             f"{wall.length} cm",

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from ..inputs.config import Configuration
 from ..running.pool import Failure, carry_out
-from ..running.warm_up import warm_up
+from ..running.warm_up import warm_up_for
 from .rows import Point, Row, Step
 
 Progress = Callable[[Step], None]
@@ -68,17 +68,23 @@ def rows_of(
             continue
         for place in places:
             found(place, row, kept=True)
-    for key, row in _made(missing, {key: points[places[0]] for key, places in same.items()}, keeping, workers):
+    first = {key: points[places[0]] for key, places in same.items()}
+    for key, row in _made(missing, configurations, first, keeping, workers):
         for place in same[key]:
             found(place, row, kept=False)
     return tuple(rows[place] for place in range(len(points)))
 
 
 def _made(
-    missing: Mapping[str, Any], first: Mapping[str, Point], keeping: Keeping, workers: int
+    missing: Mapping[str, Any],
+    configurations: Mapping[str, Configuration],
+    first: Mapping[str, Point],
+    keeping: Keeping,
+    workers: int,
 ) -> Iterator[tuple[str, Row]]:
     """Key and row of every missing run, in the order in which they are finished."""
     if workers > 1 and len(missing) > 1:
-        warm_up()  # compiled once here, not once in every process
+        for key in missing:  # compiled once here, not once in every process
+            warm_up_for(configurations[key])
     for done in carry_out(missing, keeping.work(), workers):
         yield done.key, keeping.take(done.key, first[done.key], missing[done.key], done.value)
