@@ -19,6 +19,8 @@ import numpy as np
 import peristalsis as ps
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
+HEAD = "| grid and step | status | transit [s] | wave [mm/s] | peak of the muscle [mV] | balance of work | processor [s] |"
+RULE = "|---|---|---|---|---|---|---|"
 LEVEL = -50.0
 """Potential through which the network rises when a slow wave passes [mV]."""
 
@@ -63,9 +65,7 @@ of interstitial cells drives both layers of gastric muscle ([cells](../cells.md)
 
 ![Diameter, potential of the network and of the circular layer, and the pellet's track](../images/slow_waves.png)
 
-| grid and step | status | transit [s] | wave along the network [mm/s] | peak of the muscle [mV] | balance of work | processor [s] |
-|---|---|---|---|---|---|---|
-{chr(10).join(rows)}
+{chr(10).join([HEAD, RULE, *rows])}
 
 The speed is that of the lag with which the cells begin (1 s/cm, 10 mm/s) and of the gradient of their period; the gaps
 within the network hold neighbours together. Force and threshold of the muscle are chosen, not measured.
