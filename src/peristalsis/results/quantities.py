@@ -144,6 +144,7 @@ def content_upstream(radius: Floats, axial: Floats, centre: Floats | None = None
     nan at times at which the lumen holds nothing.
 
     radius, axial: of the wall nodes [cm], (n_time, n_z). centre: of the pellet [cm], (n_time,), or None.
+    pellet_radius: of a sphere [cm].
     """
     inner = radius[:, 1:] ** 2 + radius[:, 1:] * radius[:, :-1] + radius[:, :-1] ** 2
     slices = np.pi / 3.0 * np.diff(axial, axis=1) * inner
