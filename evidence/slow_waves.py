@@ -19,7 +19,7 @@ import numpy as np
 import peristalsis as ps
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-HEAD = "| grid and step | status | transit [s] | wave [mm/s] | peak of the muscle [mV] | balance of work | processor [s] |"
+HEAD = "| grid and step | status | transit [s] | wave [mm/s] | muscle, peak [mV] | balance of work | processor [s] |"
 RULE = "|---|---|---|---|---|---|---|"
 LEVEL = -50.0
 """Potential through which the network rises when a slow wave passes [mV]."""

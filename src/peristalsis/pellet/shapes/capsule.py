@@ -1,4 +1,4 @@
-"""The capsule: a cylinder with hemispherical caps, Eq. (74). Its curvature jumps where they meet, not its normal."""
+"""The capsule: a cylinder with round caps, Eq. (74). Where they meet its curvature jumps; its normal does not."""
 
 from __future__ import annotations
 
