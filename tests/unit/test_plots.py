@@ -21,7 +21,7 @@ from peristalsis.model.model import ACTIVATION_LEVEL
 from peristalsis.plots import Plots, data
 from peristalsis.plots.export import export_csv
 from peristalsis.plots.figures import currents, force_budget, manometry
-from peristalsis.plots.film import ffmpeg
+from peristalsis.plots.film import _pictures, ffmpeg
 
 SMALL = {"grid.n_z": 300, "grid.n_z_wall": 100, "run.duration": "0.3 s"}
 
@@ -205,6 +205,20 @@ def test_film_has_its_frames_and_they_differ(run: ps.Result, tmp_path: Path) -> 
         assert (np.asarray(film.convert("RGB")) != first).any()
         assert tuple(first[0, 0]) == (255, 255, 255)
     assert [file.name for file in tmp_path.iterdir()] == ["film.gif"]
+
+
+def test_film_of_a_narrow_tube_shows_its_axis(run: ps.Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ticks wider than the tube made the axes higher than the picture, which cut off what stands below them."""
+    from matplotlib.axes import Axes
+
+    narrow = replace(run, arrays={**run.arrays, "radius": 0.5 * run.arrays["radius"]})
+    limits: list[tuple[float, float]] = []
+    draw = Axes.draw
+    monkeypatch.setattr(Axes, "draw", lambda axes, *words: (limits.append(axes.get_ylim()), draw(axes, *words))[1])
+    _pictures(narrow, [0], 20)
+    widest = 10.0 * float(narrow.arrays["radius"].max()) + 2.0
+    assert widest < 10.0
+    assert limits[0] == pytest.approx((-widest, widest), rel=1e-6)
 
 
 def test_film_without_ffmpeg_says_what_is_missing(

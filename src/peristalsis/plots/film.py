@@ -108,8 +108,9 @@ def _pictures(result: Result, frames: list[int], rate: int) -> list[Image.Image]
         pellet = Polygon(outline + np.array([centres[0], 0.0]), facecolor="0.82", edgecolor="0.4", linewidth=0.8)
         axes.add_patch(pellet)
     axes.set_aspect("equal")
+    mark = 10.0 if widest >= 10.0 else 5.0  # a tick beyond the limits would widen them, and the picture has no room
+    axes.set_yticks([-mark, 0.0, mark], [f"{mark:g}", "0", f"{mark:g}"])
     axes.set_ylim(-widest, widest)
-    axes.set_yticks([-10.0, 0.0, 10.0], ["10", "0", "10"])
     axes.set_ylabel("radius (mm)")
     style.axis_right(axes, result)
     clock = axes.set_title("t = 0.00 s", loc="right")
