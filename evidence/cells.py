@@ -15,7 +15,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 import cell_twins
 import myokit
-from peristalsis.build import build
+from peristalsis.inputs.build import build
 
 from peristalsis.cells import single
 from peristalsis.cells.description import described, start
