@@ -194,8 +194,8 @@ each shape ([shapes](../shapes.md)). Girth radius 0.9 cm unless it says otherwis
 {checks}
 - *momentum*: largest residual of (52), end reactions against the pellet's force, over the largest force.
 - *energy*: sum of the residuals of (29) over the work of the muscle. First order in the step wherever friction sticks.
-- *force by area*: the force on the pellet from the stored contact pressure and the places of the nodes alone, ∫ q d(πρ²)
-  by the trapezoidal rule, against F_z; root mean square over the largest force. It needs no normal and no shape.
+- *force by area*: from the stored contact pressure and the places of the nodes alone, ∫ q d(πρ²) by the
+  trapezoidal rule, against F_z; root mean square over the largest force. It needs no normal and no shape.
 - Sphere and spheroid of ratio 1 find their distances in different ways; nodes are never further apart than
   {apart:.1e} cm.
 
