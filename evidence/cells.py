@@ -15,10 +15,10 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 import cell_twins
 import myokit
-from peristalsis.build import build
 
 from peristalsis.cells import single
 from peristalsis.cells.description import described, start
+from peristalsis.inputs.build import build
 from peristalsis.numerics.stabilised import coefficients
 from peristalsis.scenarios import configuration
 from peristalsis.tissue.cells import plant

@@ -206,7 +206,7 @@ At equal volume the girth radius is {RADIUS} cm × aspect^(−1/3); a slender pe
 expelled within 6 s. The pellet starts with its oral pole in one place, so a longer one has a shorter way to go: from
 half its length + 0.3 cm to the tube's length less half its length.
 
-![Tubes around pellets, and transits](shapes.png)
+![Tubes around pellets (lengths in cm), and transits](shapes.png)
 """,
     )
 

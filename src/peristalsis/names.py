@@ -69,40 +69,29 @@ FIELDS = [
         "contact pressure between wall and pellet",
         lambda now: now.contact_pressure / KPA,
     ),
-    Output(
-        "potential_longitudinal",
-        CELLS,
-        "mV",
-        "membrane potential of the longitudinal muscle",
-        lambda now: now.state.longitudinal.potential,
+    *(
+        Output(
+            f"potential_{layer}",
+            CELLS,
+            "mV",
+            f"membrane potential of the {cells}",
+            lambda now, layer=layer: now.sheet(layer).potential,  # type: ignore[misc]
+        )
+        for layer, cells in (
+            ("longitudinal", "longitudinal muscle"),
+            ("circular", "circular muscle"),
+            ("network", "interstitial cells"),
+        )
     ),
-    Output(
-        "potential_circular",
-        CELLS,
-        "mV",
-        "membrane potential of the circular muscle",
-        lambda now: now.state.circular.potential,
-    ),
-    Output(
-        "potential_network",
-        CELLS,
-        "mV",
-        "membrane potential of the interstitial cells",
-        lambda now: now.sheet("network").potential,
-    ),
-    Output(
-        "calcium_longitudinal",
-        CELLS,
-        "1",
-        "intracellular calcium of the longitudinal muscle",
-        lambda now: now.calcium("longitudinal"),
-    ),
-    Output(
-        "calcium_circular",
-        CELLS,
-        "1",
-        "intracellular calcium of the circular muscle",
-        lambda now: now.calcium("circular"),
+    *(
+        Output(
+            f"calcium_{layer}",
+            CELLS,
+            "1",
+            f"intracellular calcium of the {layer} muscle",
+            lambda now, layer=layer: now.calcium(layer),  # type: ignore[misc]
+        )
+        for layer in ("longitudinal", "circular")
     ),
 ]
 """Stored every `output.interval`, on wall nodes or on conduction cells."""

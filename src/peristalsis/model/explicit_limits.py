@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..pellet.body import require_shape
 from ..pellet.shapes.sphere import gap_and_normal
 from ..tissue.explicit_sheet import HEUN_LIMIT
 from ..wall.explicit import largest_rates
@@ -44,6 +45,7 @@ class Limits(NamedTuple):
 
 def limits(model: Model, state: State, opened: float = 0.0) -> Limits:
     """Limits in a state; opened: largest conductance that stimuli add to a cell [mS/cm^2]."""
+    require_shape(model.pellet)
     scheme, wall = model.explicit, state.wall
     if scheme is None:
         raise ValueError("the model has no explicit scheme: set solver.integrator = explicit")

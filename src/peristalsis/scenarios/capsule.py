@@ -1,18 +1,15 @@
-"""A capsule of the size of a swallowed one, instead of the sphere."""
+"""A capsule of the size of those that are swallowed to look at the gut from within."""
 
 from peristalsis.scenarios import Scenario
 
 SCENARIO = Scenario(
     name="capsule",
-    title="Capsule of 11 x 26 mm",
+    title="A capsule of 11 x 26 mm",
     description=(
-        "A cylinder with hemispherical caps, 11 mm wide and 26 mm long, in a tube of 4.86 mm radius, which it stretches "
-        "as much as the sphere of the baseline stretches its own. All else is as in the baseline."
+        "A cylinder with round caps, 11 mm wide and 26 mm long, the size of a video capsule, in a tube of 9.72 mm: the "
+        "ratio of girth and tube is that of the reading tight. All else is the baseline."
     ),
-    expected=(
-        "Not in the paper. Should be carried out by one wave. In the wider tube of the baseline it lies loose: the wave "
-        "slips over it and leaves it behind within the first few centimetres."
-    ),
+    expected="The capsule is expelled somewhat earlier than the sphere: its leading pole has a shorter way to go.",
     changes={
         "pellet.shape": "capsule",
         "pellet.radius": "5.5 mm",

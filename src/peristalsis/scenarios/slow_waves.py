@@ -20,8 +20,6 @@ SCENARIO = Scenario(
         "pacemaker.kind": "none",
         "trigger.rule": "none",
         "reflex.enabled": False,
-        "longitudinal.threshold": "-55 mV",
-        "circular.threshold": "-55 mV",
         "longitudinal.active": 4.0,
         "circular.active": 4.0,
         "pellet.start_gap": "1 cm",
