@@ -8,9 +8,11 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING
+
+from ..inputs.recording import chosen
 
 if TYPE_CHECKING:
     from ..inputs.config import Configuration
@@ -93,48 +95,62 @@ def _said_if_long(columns: int) -> Iterator[threading.Timer]:
 
 
 @cache
-def _compile(columns: int, integrator: str = "implicit") -> float:
-    from dataclasses import replace
-
-    from ..inputs.build import build
+def _compile(columns: int, integrator: str = "implicit", parts: tuple[tuple[str, object], ...] = ()) -> float:
+    from ..errors import PeristalsisError
     from ..inputs.preflight import remarks
-    from ..model.guards import advance_safely
-    from ..model.initial import initial_state
-    from .observers import FieldRecorder, ScalarRecorder
 
     begin = time.perf_counter()
-    changes: dict[str, object] = {"grid.n_theta": columns}
+    changes: dict[str, object] = {"grid.n_theta": columns, **dict(parts)}
     if integrator == "explicit":
         changes |= {"solver.integrator": integrator, "wall.surface_density": "26.14 g/cm^2"}
     if columns > 1:
         changes["pacemaker.angular_width"] = "90 deg"
-    tiny = _tiny(changes)
-    with _said_if_long(columns), _second_process():
-        remarks(tiny)
-        model, before, _ = initial_state(build(tiny))
-        if columns > 1:
-            # One side pulls at once: a wall that varies around the ring takes ways that a uniform one does not.
-            potential = before.circular.potential.copy()
-            potential[:, 0] = model.circular.threshold + 5.0
-            before = replace(before, circular=replace(before.circular, potential=potential))
-        recorders = ScalarRecorder(), FieldRecorder(1)
-        for recorder in recorders:
-            recorder.start(model, before)
-        for _ in range(1 if columns == 1 else 2):  # the sheets see a wall that varies from the second step on
-            after, report = advance_safely(model, before)
-            for recorder in recorders:
-                recorder.see(model, before, after, report)
-            before = after
+    with _said_if_long(columns), _second_process() if not parts else contextlib.nullcontext():
+        if not parts:
+            tiny = _tiny(changes)
+            remarks(tiny)
+            _step(tiny, columns)
+            return time.perf_counter() - begin
+        with contextlib.suppress(PeristalsisError):  # a tube of other sizes may start where this one does not
+            _step(_tiny(changes), columns)
     return time.perf_counter() - begin
 
 
-def warm_up(surface: bool = False, explicit: bool = False) -> float:
+def _step(tiny: Configuration, columns: int) -> None:
+    """A start and a step or two, with the kernels that the parts of a configuration are bound to."""
+    from dataclasses import replace
+
+    from ..inputs.build import build
+    from .observers import FieldRecorder, ScalarRecorder
+
+    start = build(tiny)
+    model, before, _ = start.binding.module("model.initial").initial_state(start)
+    if columns > 1:
+        # One side pulls at once: a wall that varies around the ring takes ways that a uniform one does not.
+        potential = before.circular.potential.copy()
+        potential[:, 0] = model.circular.threshold + 5.0
+        before = replace(before, circular=replace(before.circular, potential=potential))
+    fields = chosen(("all",), tiny.cells())
+    recorders = ScalarRecorder(), FieldRecorder(1, fields)
+    for recorder in recorders:
+        recorder.start(model, before)
+    for _ in range(1 if columns == 1 else 2):  # the sheets see a wall that varies from the second step on
+        after, report = model.binding.module("model.guards").advance_safely(model, before)
+        for recorder in recorders:
+            recorder.see(model, before, after, report)
+        before = after
+
+
+def warm_up(surface: bool = False, explicit: bool = False, parts: Mapping[str, object] | None = None) -> float:
     """Compile or load all kernels; seconds it took the first time in this process.
 
     surface: those of the wall and the sheets on the whole surface too, which take some minutes to compile. explicit:
-    those of the explicit scheme too.
+    those of the explicit scheme too. parts: what a configuration chooses in its slots, if not the shipped parts.
     """
-    return _compile(1) + (_compile(8) if surface else 0.0) + (_compile(1, "explicit") if explicit else 0.0)
+    own = tuple(sorted((parts or {}).items()))
+    spent = _compile(1, "implicit", own)
+    spent += _compile(8, "implicit", own) if surface else 0.0
+    return spent + (_compile(1, "explicit", own) if explicit else 0.0)
 
 
 def main() -> int:
