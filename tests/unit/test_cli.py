@@ -434,7 +434,7 @@ def interrupted(*_: object, **__: object) -> None:
 
 
 def test_interrupted_before_the_first_step(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    monkeypatch.setattr("peristalsis.running.simulation.warm_up_for", interrupted)
+    monkeypatch.setattr("peristalsis.running.simulation.warm_up", interrupted)
     assert main(["run", "baseline", *SET, "--json"]) == 130
     said = capsys.readouterr()
     assert json.loads(said.out) == {

@@ -122,12 +122,13 @@ def test_processes_find_the_kernels_compiled(tmp_path: Path, monkeypatch: pytest
         seen.append(workers)
         yield from (Done(key, Row({"status": "finished"})) for key in missing)
 
-    monkeypatch.setattr(engine, "warm_up_for", lambda configuration: seen.append(configuration.run.duration))
+    monkeypatch.setattr(engine, "warm_up", lambda surface, explicit, parts: seen.append((surface, explicit, parts)))
     monkeypatch.setattr(engine, "carry_out", carried_out)
     assert set(sweep(variants("1 s", "2 s"), tmp_path, None, workers=2)) == {"run 1 s", "run 2 s"}
-    assert seen == [1.0, 2.0, 2]
+    shipped = (False, False, {})
+    assert seen == [shipped, shipped, 2]
     sweep(variants("1 s", "2 s", "4 s"), tmp_path, None, workers=2)
-    assert seen == [1.0, 2.0, 2, 2], "one run is not worth it"
+    assert seen == [shipped, shipped, 2, 2], "one run is not worth it"
 
 
 def test_regions_of_a_threshold_leave_out_what_was_not_judged() -> None:

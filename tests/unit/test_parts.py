@@ -294,3 +294,17 @@ def test_two_cells_in_one_run() -> None:
     assert {"w_longitudinal_probe", "calcium_circular"} <= result.arrays.keys()
     assert not {"w_circular_probe", "calcium_longitudinal"} & result.arrays.keys()
     assert result.arrays["conductance_excitability_longitudinal_probe"].max() == 1.0
+
+
+def test_numbers_of_a_part_that_is_not_chosen_are_told() -> None:
+    from peristalsis.inputs import asked
+
+    def said(**changes: Any) -> list[str]:
+        return [text for text in asked.remarks(with_(**changes)) if "has no effect" in text]
+
+    assert said(wall__law="fung", wall__c5="3") == ["wall.c5 is set and has no effect: wall.law = fung"]
+    assert said(wall__law="fung", reading="printed") == []
+    both = said(tissue__cell="morris_lecar", circular__leak="1 mS/cm^2", cell__calcium_rate="1e-3 1/ms")
+    assert [text.split()[0] for text in both] == ["circular.leak", "cell.calcium_rate"]
+    one = said(circular__cell="morris_lecar", longitudinal__leak="1 mS/cm^2", cell__calcium_rate="1e-3 1/ms")
+    assert one == []

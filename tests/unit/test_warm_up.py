@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -135,59 +133,3 @@ def test_straight_tube_has_the_cells_of_the_state_at_rest() -> None:
     before = straight.longitudinal.potential.copy()
     advance_tissue(model, straight)
     assert np.array_equal(straight.longitudinal.potential, before)
-
-
-CAPSULE = {"pellet.shape": "capsule", "pellet.radius": "0.55 cm", "pellet.capsule.length": "2.6 cm"}
-
-
-@pytest.fixture
-def stepped(monkeypatch: pytest.MonkeyPatch) -> list[Configuration]:
-    """Configurations whose first steps were asked for; nothing is compiled."""
-    found: list[Configuration] = []
-    monkeypatch.setattr(warm_up, "_step", found.append)
-    monkeypatch.setattr(warm_up, "_second_process", contextlib.nullcontext)
-    monkeypatch.setattr(warm_up, "_combinations", {})
-    return found
-
-
-def test_a_run_with_other_parts_warms_up_their_kernels_once(stepped: list[Configuration]) -> None:
-    """Those of the package are left out, and the run's own numbers go in: its pellet fits its tube."""
-    config = Configuration().with_changes({**CAPSULE, "wall.radius": "0.486 cm"})
-    first = warm_up.warm_up_for(config)
-    assert warm_up.warm_up_for(config.with_changes({"pellet.capsule.length": "3 cm"})) == first
-    (small,) = stepped
-    assert (small.pellet.shape, small.pellet.radius, small.wall.radius) == ("capsule", 0.55, 0.486)
-    assert (small.grid.n_z, small.grid.n_theta) == (200, 1)
-    warm_up.warm_up_for(config.with_changes({"grid.n_theta": 12, "grid.n_theta_conduction": 24}))
-    warm_up.warm_up_for(config.with_changes({"wall.law": "neo_hookean"}))
-    assert [one.grid.n_theta for one in stepped] == [1, 8, 1]
-
-
-def test_shipped_parts_are_the_warm_up_of_all(stepped: list[Configuration], monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[dict[str, bool]] = []
-    monkeypatch.setattr(warm_up, "warm_up", lambda **words: asked.append(words) or 3.0)
-    assert warm_up.warm_up_for(Configuration().with_changes({"grid.n_theta": 8})) == 3.0
-    assert asked == [{"surface": True, "explicit": False}]
-    assert stepped == []
-
-
-def test_other_parts_are_named_while_they_are_compiled(
-    stepped: list[Configuration], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(warm_up, "QUIET_SECONDS", 0.0)
-    monkeypatch.setattr(warm_up, "_step", lambda tiny: time.sleep(0.2))
-    warm_up.warm_up_for(Configuration().with_changes({**CAPSULE, "wall.law": "neo_hookean"}))
-    assert capsys.readouterr().err == (
-        "peristalsis: preparing the kernels of law neo_hookean, shape capsule, which are compiled once, "
-        "for about two minutes\n"
-    )
-
-
-def test_a_part_that_fails_fails_in_its_run(stepped: list[Configuration], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not before all other runs of a batch."""
-
-    def failing(_: Configuration) -> None:
-        raise ZeroDivisionError
-
-    monkeypatch.setattr(warm_up, "_step", failing)
-    assert warm_up.warm_up_for(Configuration().with_changes(CAPSULE)) >= 0.0

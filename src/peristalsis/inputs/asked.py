@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import units
 from .config import Configuration
-from .parameters import PARAMETERS
+from .parameters import PARAMETERS, shipped
 from .protocols import Protocol
 from .recording import ROUNDING, frames_apart, whole_steps
 from .shape import shape_of
@@ -26,7 +26,7 @@ ARREST_TRAVEL, ARREST_WINDOW = 0.01, 1.0
 def remarks(configuration: Configuration) -> list[str]:
     """One sentence for everything asked that steps or cells carry otherwise, or that can never come to pass."""
     c = configuration
-    return [*_lengths(c), *_courses(c), *_ends(c), *_drivers(c), *_places(c)]
+    return [*_lengths(c), *_courses(c), *_ends(c), *_drivers(c), *_places(c), *_parts(c)]
 
 
 def _step(c: Configuration) -> float:
@@ -107,6 +107,26 @@ def _ends(c: Configuration) -> Iterator[str]:
             f"run.stop_when_arrested: rest is judged over {ARREST_WINDOW:g} s, and run.duration = {run.duration:g} s "
             "is no longer"
         )
+
+
+LAW_NUMBERS = ("c1", "c2", "c3", "c4", "c5", "c6", "c10")
+CHANNELS = ("slow_calcium", "fast_calcium", "calcium_potassium", "potassium", "leak")
+
+
+def _parts(c: Configuration) -> Iterator[str]:
+    """Numbers of the shipped parts that were changed where another part is chosen."""
+    plain = shipped(c.reading)
+    ours = c.flat()
+    others = [layer for layer in ("longitudinal", "circular") if c.cell_of(layer) != "plant"]
+    keys = {f"{layer}.{name}": f"{layer}.cell = {c.cell_of(layer)}" for layer in others for name in CHANNELS}
+    if len(others) == 2 and c.pacemaker.kind != "cell":
+        keys |= {key: f"the cells of both layers are {c.cell_of('longitudinal')}" for key in ours if key[:5] == "cell."}
+        keys |= dict.fromkeys(("tissue.kinetics_rate", "tissue.capacitance"), f"tissue.cell = {c.cell_of('circular')}")
+    if c.wall.law != "tong_fung":
+        keys |= {f"wall.{name}": f"wall.law = {c.wall.law}" for name in LAW_NUMBERS}
+    for key, why in keys.items():
+        if ours[key] != plain[key].value:
+            yield f"{key} is set and has no effect: {why}"
 
 
 def _drivers(c: Configuration) -> Iterator[str]:

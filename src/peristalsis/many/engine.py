@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from ..inputs.config import Configuration
 from ..running.pool import Failure, carry_out
-from ..running.warm_up import warm_up_for
+from ..running.warm_up import warm_up
 from .rows import Point, Row, Step
 
 Progress = Callable[[Step], None]
@@ -85,6 +85,7 @@ def _made(
     """Key and row of every missing run, in the order in which they are finished."""
     if workers > 1 and len(missing) > 1:
         for key in missing:  # compiled once here, not once in every process
-            warm_up_for(configurations[key])
+            one = configurations[key]
+            warm_up(one.grid.n_theta > 1, one.solver.integrator == "explicit", one.parts_chosen())
     for done in carry_out(missing, keeping.work(), workers):
         yield done.key, keeping.take(done.key, first[done.key], missing[done.key], done.value)

@@ -51,7 +51,7 @@ from .observers import (
 )
 from .summary import summarise
 from .upstrokes import UpstrokeRecorder, wave_columns
-from .warm_up import warm_up_for
+from .warm_up import warm_up
 
 
 class Simulation:
@@ -72,7 +72,8 @@ class Simulation:
         self.configuration = configuration
         self._begun_with = configuration
         explicit = configuration.solver.integrator == "explicit"
-        self.compile_seconds = warm_up_for(configuration)
+        columns = configuration.grid.n_theta
+        self.compile_seconds = warm_up(columns > 1, explicit, configuration.parts_chosen())
         self._courses = configuration.time_courses()
         self._inputs = values_at(self._courses, 0.0)
         self._built_from = configuration.at_time(self._inputs)

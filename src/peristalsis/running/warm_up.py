@@ -8,13 +8,14 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING
 
+from ..inputs.recording import chosen
+
 if TYPE_CHECKING:
     from ..inputs.config import Configuration
-    from ..inputs.parts import Part
 
 TINY = {"grid.n_z": 200, "grid.n_z_wall": 100}
 QUIET_SECONDS = 2.0
@@ -80,14 +81,10 @@ def _second_process() -> Iterator[subprocess.Popen[bytes] | None]:
 
 
 @contextlib.contextmanager
-def _said_if_long(columns: int, bound: str = "") -> Iterator[threading.Timer]:
-    """A line on stderr if compiling takes more than a moment; loading what was compiled before does not.
-
-    bound: the chosen parts, where they are not those that the package ships in their slots.
-    """
-    span = "some minutes" if columns > 1 else "about two minutes" if bound else "about a minute"
-    kernels = f"the kernels of {bound}" if bound else "the kernels"
-    text = f"peristalsis: preparing {kernels}, which are compiled once, for {span}"
+def _said_if_long(columns: int) -> Iterator[threading.Timer]:
+    """A line on stderr if compiling takes more than a moment; loading what was compiled before does not."""
+    span = "some minutes" if columns > 1 else "about a minute"
+    text = f"peristalsis: preparing the kernels, which are compiled once, for {span}"
     timer = threading.Timer(QUIET_SECONDS, lambda: print(text, file=sys.stderr, flush=True))
     timer.daemon = True
     timer.start()
@@ -98,86 +95,62 @@ def _said_if_long(columns: int, bound: str = "") -> Iterator[threading.Timer]:
 
 
 @cache
-def _compile(columns: int, integrator: str = "implicit") -> float:
+def _compile(columns: int, integrator: str = "implicit", parts: tuple[tuple[str, object], ...] = ()) -> float:
+    from ..errors import PeristalsisError
+    from ..inputs.preflight import remarks
+
     begin = time.perf_counter()
-    changes: dict[str, object] = {"grid.n_theta": columns}
+    changes: dict[str, object] = {"grid.n_theta": columns, **dict(parts)}
     if integrator == "explicit":
         changes |= {"solver.integrator": integrator, "wall.surface_density": "26.14 g/cm^2"}
     if columns > 1:
         changes["pacemaker.angular_width"] = "90 deg"
-    with _said_if_long(columns), _second_process():
-        _step(_tiny(changes))
+    with _said_if_long(columns), _second_process() if not parts else contextlib.nullcontext():
+        if not parts:
+            tiny = _tiny(changes)
+            remarks(tiny)
+            _step(tiny, columns)
+            return time.perf_counter() - begin
+        with contextlib.suppress(PeristalsisError):  # a tube of other sizes may start where this one does not
+            _step(_tiny(changes), columns)
     return time.perf_counter() - begin
 
 
-def _step(tiny: Configuration) -> None:
-    """The start of a run and its first steps, with all that is recorded of them."""
+def _step(tiny: Configuration, columns: int) -> None:
+    """A start and a step or two, with the kernels that the parts of a configuration are bound to."""
     from dataclasses import replace
 
     from ..inputs.build import build
-    from ..inputs.preflight import remarks
     from .observers import FieldRecorder, ScalarRecorder
 
-    remarks(tiny)
-    model = build(tiny)
-    module = model.binding.module
-    model, before, _ = module("model.initial").initial_state(model)
-    columns = model.grid.n_theta
+    start = build(tiny)
+    model, before, _ = start.binding.module("model.initial").initial_state(start)
     if columns > 1:
         # One side pulls at once: a wall that varies around the ring takes ways that a uniform one does not.
         potential = before.circular.potential.copy()
         potential[:, 0] = model.circular.threshold + 5.0
         before = replace(before, circular=replace(before.circular, potential=potential))
-    recorders = ScalarRecorder(), FieldRecorder(1)
+    fields = chosen(("all",), tiny.cells())
+    recorders = ScalarRecorder(), FieldRecorder(1, fields)
     for recorder in recorders:
         recorder.start(model, before)
     for _ in range(1 if columns == 1 else 2):  # the sheets see a wall that varies from the second step on
-        after, report = module("model.guards").advance_safely(model, before)
+        after, report = model.binding.module("model.guards").advance_safely(model, before)
         for recorder in recorders:
             recorder.see(model, before, after, report)
         before = after
 
 
-def warm_up(surface: bool = False, explicit: bool = False) -> float:
+def warm_up(surface: bool = False, explicit: bool = False, parts: Mapping[str, object] | None = None) -> float:
     """Compile or load all kernels; seconds it took the first time in this process.
 
     surface: those of the wall and the sheets on the whole surface too, which take some minutes to compile. explicit:
-    those of the explicit scheme too.
+    those of the explicit scheme too. parts: what a configuration chooses in its slots, if not the shipped parts.
     """
-    return _compile(1) + (_compile(8) if surface else 0.0) + (_compile(1, "explicit") if explicit else 0.0)
-
-
-def combination(configuration: Configuration) -> tuple[Part, ...]:
-    """The parts of a run that are not those which the package ships in their slots."""
-    from ..inputs.parts import SHIPPED, find
-
-    wall, pellet = find("law", configuration.wall.law), find("shape", configuration.pellet.shape)
-    used = dict.fromkeys([*configuration.cells().values(), wall, pellet])
-    return tuple(part for part in used if part.name != SHIPPED[part.kind])
-
-
-_combinations: dict[tuple[object, ...], float] = {}
-
-
-def warm_up_for(configuration: Configuration) -> float:
-    """As `warm_up`, for the kernels of this run: where it has parts of other files, those that are bound to them.
-
-    They are compiled on the run itself, on a small grid. What the run is refused for, it says when it begins.
-    """
-    surface, explicit = configuration.grid.n_theta > 1, configuration.solver.integrator == "explicit"
-    chosen = combination(configuration)
-    if not chosen:
-        return warm_up(surface=surface, explicit=explicit)
-    key = (*(part.file for part in chosen), surface, explicit)
-    if key not in _combinations:
-        begin = time.perf_counter()
-        columns = 8 if surface else 1
-        words = ", ".join(f"{part.kind} {part.name}" for part in chosen)
-        failing = contextlib.suppress(Exception)  # whatever a part of the user's does: the run comes to it again
-        with failing, _said_if_long(columns, words), _second_process():
-            _step(configuration.with_changes({**TINY, "grid.n_theta": columns, "grid.n_theta_conduction": 0}))
-        _combinations[key] = time.perf_counter() - begin
-    return _combinations[key]
+    own = tuple(sorted((parts or {}).items()))
+    spent = _compile(1, "implicit", own)
+    spent += _compile(8, "implicit", own) if surface else 0.0
+    return spent + (_compile(1, "explicit", own) if explicit else 0.0)
 
 
 def main() -> int:

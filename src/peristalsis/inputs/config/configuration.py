@@ -126,6 +126,12 @@ class Configuration(Sections):
         own: str = getattr(self, layer).cell  # network.cell too
         return self.tissue.cell if own == choices.COMMON else own
 
+    def parts_chosen(self) -> dict[str, Any]:
+        """What is chosen in the slots by key, without the shipped parts: which kernels a run needs."""
+        found = {key: value for key, value in self.flat().items() if key in SLOTS and key != "network.cell"}
+        found = {key: value for key, value in found.items() if value != PARAMETERS[key].value}
+        return found | ({"network.enabled": True, "network.cell": self.network.cell} if self.network.enabled else {})
+
     def cells(self) -> dict[str, Part]:
         """Cell model of each layer, and of the network where there is one."""
         found = {layer: find("cell", self.cell_of(layer)) for layer in LAYERS}
