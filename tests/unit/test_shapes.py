@@ -174,6 +174,20 @@ def test_shapes_that_are_one_another(other: Any, size: Any, same: Any, like: Any
         assert other.gap_and_normal(r, z, one) == pytest.approx(same.gap_and_normal(r, z, two), rel=1e-11, abs=1e-12)
 
 
+def test_the_foot_on_a_superellipse_takes_few_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A last step that rounding puts beside the bounds is the end, and not the beginning of 45 bisections."""
+    asked: list[float] = []
+    evaluate = stool._meridian
+    monkeypatch.setattr(stool, "_meridian", lambda v, shape: (asked.append(v), evaluate(v, shape))[1])
+    size = stool.ShapeConstants(0.9, 1.5, 3.0)
+    counts = []
+    for r, z in zip(np.linspace(0.7, 0.95, 40), np.linspace(1.6, 3.0, 40), strict=True):
+        asked.clear()
+        stool.gap_and_normal.py_func(r, z, size)  # type: ignore[attr-defined]
+        counts.append(len(asked))
+    assert max(counts) <= 12
+
+
 def test_a_capsule_shorter_than_wide_is_refused() -> None:
     assert "at least 1.8 cm" in capsule.refusal(capsule.ShapeConstants(0.9, 1.5))
 

@@ -24,6 +24,8 @@ PARAMETERS = (
 
 MOST = 100
 """Iterations: bisection alone would need 53."""
+ROUNDING = 2.0**-51
+"""Change of v at which the foot is found; v itself is known to 2^-53."""
 SAMPLES = 64
 DEEP = 0.97
 """Share of the girth below which a point, by its similar body, may have more than one foot."""
@@ -101,10 +103,13 @@ def gap_and_normal(rho: float, axial: float, shape: ShapeConstants) -> tuple[flo
             break
         bending = (n - 1.0) * (P * Q) ** (n - 2.0) / ((girth * half) ** 2 * slope**3)
         stretched = 1.0 + (nr * off_r + nz * off_z) * bending
-        following = v + along / (speed * stretched) if stretched > 0.0 else -1.0
+        change = along / (speed * stretched) if stretched > 0.0 else math.inf
+        if abs(change) < ROUNDING:  # it may lie outside the bounds, by rounding: no reason to bisect again
+            break
+        following = v + change
         if not low < following < high:
             following = 0.5 * (low + high)
-        if following == v or abs(following - v) < 2.0**-54:
+        if following == v or high - low < ROUNDING:
             break
         v = following
     P, Q, slope_r, slope_z, speed = _meridian(v, shape)
