@@ -118,7 +118,8 @@ def test_model_in_their_language_rests_where_ours_does() -> None:
 @pytest.mark.parametrize("cells", [1, 50])
 def test_their_simulation_is_of_the_same_cable(cells: int) -> None:
     cable = _Cable(cells, 0.25)
-    cable.model = replace(cable.model, cell=cable.model.cell._replace(capacitance=1.5))
+    tissue = replace(cable.model.longitudinal, constants=cable.model.cell._replace(capacitance=1.5))
+    cable.model = replace(cable.model, longitudinal=tissue)
     simulation = cable.theirs()
     assert (simulation.cells, simulation.step, simulation.rl) == (cells, 0.25, True)
     assert simulation.protocol.pulse == (1.0, 0.0, PULSE)

@@ -230,7 +230,7 @@ def test_refusals_are_one_sentence(name: str, said: str, myokit: object) -> None
 def test_show_names_states_channels_and_sources(capsys: Capture) -> None:
     assert main(["cell", "show", "du_2013", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
-    assert answer["channels"] == ["sodium", "calcium", "calcium_potassium"]
+    assert answer["channels"] == ["sodium", "calcium", "calcium_potassium", "ip3_voltage_production"]
     assert answer["numbers"]["sodium"]["unit"] == "mS/cm^2"
 
 

@@ -116,6 +116,7 @@ def test_numbers_of_a_law_reach_the_wall() -> None:
     assert type(model.wall.passive) is model.binding.module("wall.passive").PassiveConstants
 
 
+@pytest.mark.slow
 def test_a_law_from_outside_of_the_package(register: Callable[[str], Path]) -> None:
     """An energy alone, in a file anywhere: chosen by its name, its numbers by key with unit."""
     file = register(OWN)

@@ -11,7 +11,7 @@ from peristalsis.inputs.config import FIELDS
 from peristalsis.inputs.parameters import PARAMETERS, READINGS, SOURCES, Parameter, Tag, shipped
 from peristalsis.units import CANONICAL_UNITS
 
-TYPES = {"number": float, "integer": int, "switch": bool, "choice": str, "list": tuple, "names": tuple}
+TYPES = {"number": float, "integer": int, "switch": bool, "choice": str, "list": tuple, "names": tuple, "part": str}
 
 
 def number(key: str) -> float:

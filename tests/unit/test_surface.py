@@ -21,7 +21,7 @@ from unit.synthetic import SPEED, around
 import peristalsis as ps
 from peristalsis.errors import ConfigurationError, WriteError
 from peristalsis.inputs.recording import ALWAYS, CHOICES, chosen, planned
-from peristalsis.names import FIELDS
+from peristalsis.names import FIELDS, OF_NETWORK
 from peristalsis.plots import Plots, data, scene, surface, unrolled
 from peristalsis.plots.export import export_vtk
 from peristalsis.plots.figures import activation_maps, surface_maps
@@ -288,7 +288,8 @@ def test_a_series_holds_what_the_run_stored(run: ps.Result, wide: ps.Result, tmp
 def test_names_of_arrays_carry_their_units(wide: ps.Result) -> None:
     names = set(surface.wall(wide, 0).fields)
     assert {"radius [cm]", "stretch_longitudinal", "tension_circumferential [mN/cm]", "contact_pressure [kPa]"} <= names
-    assert len(names) == len(FIELDS) - 2  # all but two of the places, which are the points
+    # All but two of the places, which are the points; there is no network.
+    assert len(names) == len(FIELDS) - 2 - len(OF_NETWORK)
 
 
 def test_blocks_larger_than_one_are_put_together_again(tmp_path: Path) -> None:
