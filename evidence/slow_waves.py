@@ -37,12 +37,12 @@ def rises(times: np.ndarray, potential: np.ndarray) -> np.ndarray:
 
 
 def main() -> None:
-    """Run the scenario, on its grid and with halved steps, draw it, write the page."""
+    """Run the scenario, on a coarser grid and with longer steps too, draw it, write the page."""
     rows, results = [], []
     for label, changes in (
         ("as shipped", {}),
-        ("steps halved", {"step.wall": "5 ms", "step.conduction": "0.25 ms"}),
-        ("cells and elements doubled", {"grid.n_z": 400, "grid.n_z_wall": 1200}),
+        ("steps doubled", {"step.wall": "20 ms", "step.conduction": "1 ms"}),
+        ("cells and elements halved", {"grid.n_z": 100, "grid.n_z_wall": 300}),
     ):
         begun = time.process_time()
         result = ps.Simulation(ps.configuration("slow_waves", changes=changes)).run()
