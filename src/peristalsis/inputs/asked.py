@@ -14,7 +14,9 @@ import numpy as np
 
 from .. import units
 from .config import Configuration
+from .consistency import PARAMETERS_OF_PLANT
 from .parameters import PARAMETERS, shipped
+from .parts import SHIPPED
 from .protocols import Protocol
 from .recording import ROUNDING, frames_apart, whole_steps
 from .shape import shape_of
@@ -110,19 +112,18 @@ def _ends(c: Configuration) -> Iterator[str]:
 
 
 LAW_NUMBERS = ("c1", "c2", "c3", "c4", "c5", "c6", "c10")
-CHANNELS = ("slow_calcium", "fast_calcium", "calcium_potassium", "potassium", "leak")
 
 
 def _parts(c: Configuration) -> Iterator[str]:
     """Numbers of the shipped parts that were changed where another part is chosen."""
     plain = shipped(c.reading)
     ours = c.flat()
-    others = [layer for layer in ("longitudinal", "circular") if c.cell_of(layer) != "plant"]
-    keys = {f"{layer}.{name}": f"{layer}.cell = {c.cell_of(layer)}" for layer in others for name in CHANNELS}
+    others = [layer for layer in ("longitudinal", "circular") if c.cell_of(layer) != SHIPPED["cell"]]
+    keys = {f"{layer}.{name}": f"{layer}.cell = {c.cell_of(layer)}" for layer in others for name in PARAMETERS_OF_PLANT}
     if len(others) == 2 and c.pacemaker.kind != "cell":
         keys |= {key: f"the cells of both layers are {c.cell_of('longitudinal')}" for key in ours if key[:5] == "cell."}
         keys |= dict.fromkeys(("tissue.kinetics_rate", "tissue.capacitance"), f"tissue.cell = {c.cell_of('circular')}")
-    if c.wall.law != "tong_fung":
+    if c.wall.law != SHIPPED["law"]:
         keys |= {f"wall.{name}": f"wall.law = {c.wall.law}" for name in LAW_NUMBERS}
     for key, why in keys.items():
         if ours[key] != plain[key].value:

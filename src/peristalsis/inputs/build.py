@@ -51,7 +51,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
     configuration that it was built from; parts whose section is the same object are taken over.
     """
     c = configuration
-    binding = bound_to(c)
+    binding = like.binding if like is not None else bound_to(c)  # parts stay as they are during a run
 
     def same(*sections: str) -> bool:
         return since is not None and all(getattr(c, name) is getattr(since, name) for name in (*sections, "regions"))

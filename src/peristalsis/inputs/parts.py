@@ -40,7 +40,6 @@ CODE_VARIABLE = "PERISTALSIS_PLUGIN_CODE"
 LARGEST_FILE = 1_000_000
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,62}")
-_WORDS = {"cell": "cell", "law": "law", "shape": "shape"}
 
 
 @dataclass(frozen=True)
@@ -114,8 +113,7 @@ def find(kind: str, name: str) -> Part:
     known = parts(kind)
     if name not in known:
         raise ConfigurationError(
-            f"{shown(name)} is no {_WORDS[kind]}; {suggestion(name, known)}, or register the file that holds it "
-            "(--plugin FILE)"
+            f"{shown(name)} is no {kind}; {suggestion(name, known)}, or register the file that holds it (--plugin FILE)"
         )
     return known[name]
 
