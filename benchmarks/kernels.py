@@ -14,6 +14,7 @@ from peristalsis.inputs.config import Configuration
 from peristalsis.model.model import ACTIVATION_LEVEL, Model
 from peristalsis.numerics.block_band import PADDING, RIGHT, ROWS, solve_blocks_in_place
 from peristalsis.tissue.cells import plant
+from peristalsis.tissue.records import Brought, SheetArrays, Steps
 from peristalsis.tissue.sheet import advance_sheet
 from peristalsis.wall.assembly import KNOWN_ROWS, WALL_ROWS, set_drives, wall_forces, wall_tangent
 
@@ -74,22 +75,13 @@ def sheet(model: Model, cells: int, exact: bool, conducts: bool) -> Kernel:
     layer = model.longitudinal
     coefficient = np.full(cells - 1 if conducts else 0, layer.diffusivity * 1e-3 / (24.0 * model.grid.cell_size) ** 2)
     arguments = (
-        potential,
-        np.full((4, cells), 0.3),
-        np.full(cells, np.nan),
-        np.full(cells, np.nan),
+        SheetArrays(potential, np.full((4, cells), 0.3), np.full(cells, np.nan), np.full(cells, np.nan)),
         np.repeat(layer.conductances[:, :1], cells, axis=1),
         coefficient,
-        np.zeros(cells),
-        np.zeros(cells),
-        1,
-        0.0,
-        model.dt_cell,
-        SUBSTEPS,
+        Brought(np.zeros(cells), np.zeros(cells)),
+        Steps(0.0, model.dt_cell, SUBSTEPS, 1, exact, ACTIVATION_LEVEL),
         model.stages(layer, 1.0),
-        *model.tables,
-        exact,
-        ACTIVATION_LEVEL,
+        model.tables,
         model.cell,
     )
     name = "sheet" if conducts else "cell"

@@ -18,6 +18,7 @@ from peristalsis.inputs.config import Configuration
 from peristalsis.model.model import ACTIVATION_LEVEL, Model
 from peristalsis.results.measures import wave_speed
 from peristalsis.tissue.cells.plant import CHANNELS
+from peristalsis.tissue.records import Brought, SheetArrays, Steps
 from peristalsis.tissue.rest import rest_state
 from peristalsis.tissue.sheet import advance_sheet
 
@@ -116,22 +117,13 @@ class _Cable:
         track = [self.rest.potential]
         for call in range(round(duration / every)):
             advance_sheet(
-                potential,
-                gates,
-                first,
-                last,
+                SheetArrays(potential, gates, first, last),
                 conductances,
                 coefficient,
-                drive if call * every < PULSE - 1e-9 else nothing,
-                nothing,
-                1,
-                call * every,
-                self.step,
-                steps,
+                Brought(drive if call * every < PULSE - 1e-9 else nothing, nothing),
+                Steps(call * every, self.step, steps, 1, self.exact, ACTIVATION_LEVEL),
                 stages,
-                *model.tables,
-                self.exact,
-                ACTIVATION_LEVEL,
+                model.tables,
                 model.cell,
             )
             track.append(float(potential[0]))

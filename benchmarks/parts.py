@@ -12,7 +12,7 @@ from .clock import Spent
 
 SOLVER = {"solver": ("model.guards", "advance_safely")}
 STEP = {
-    "conduction": ("model.step", "_advance_layer"),
+    "conduction": ("model.sheets", "advance_layer"),
     "wall": ("model.step", "_solve_wall"),
     "trigger": ("model.step", "_listen_to_muscle"),
     "receptors": ("model.step", "_listen_to_stretch"),

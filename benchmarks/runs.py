@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from peristalsis import scenarios
 from peristalsis.model.model import Model
+from peristalsis.model.report import StepReport
 from peristalsis.model.state import State
-from peristalsis.model.step import StepReport
 from peristalsis.running.simulation import Simulation
 
 from .clock import Spent, Stopwatch

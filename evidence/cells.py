@@ -22,6 +22,7 @@ from peristalsis.inputs.build import build
 from peristalsis.numerics.stabilised import coefficients
 from peristalsis.scenarios import configuration
 from peristalsis.tissue.cells import plant
+from peristalsis.tissue.records import Brought, SheetArrays, Steps, Tables
 from peristalsis.tissue.rest import rest_state
 from peristalsis.tissue.sheet import advance_sheet
 
@@ -66,9 +67,15 @@ def plant_cell() -> tuple[Any, dict[str, float]]:
         kept = [v[0]]
         for _ in range(round(duration / sampling)):
             code = advance_sheet(
-                v, gates, unset, unset.copy(), conductances, np.zeros(0), np.full(1, PLANT_STIMULUS), np.zeros(1), 1,
-                0.0, step, parts, coefficients(4), *tables, False, 0.0, model.cell,
-            )  # fmt: skip
+                SheetArrays(v, gates, unset, unset.copy()),
+                conductances,
+                np.zeros(0),
+                Brought(np.full(1, PLANT_STIMULUS), np.zeros(1)),
+                Steps(0.0, step, parts, 1, False, 0.0),
+                coefficients(4),
+                Tables(*tables),
+                model.cell,
+            )
             assert code == -1
             kept.append(v[0])
         return np.array(kept)
@@ -135,8 +142,9 @@ def cost_of(name: str, nodes: int = 2000, steps: int = 200) -> float:
         v, states = np.full(nodes, begin[0]), np.repeat(begin[1:, None], nodes, axis=1)
         channels, unset = np.repeat(conductances, nodes, axis=1), np.full(nodes, np.nan)
         clock = time.perf_counter()
-        advance(v, states, unset, unset.copy(), channels, np.zeros(0), np.zeros(nodes), np.zeros(nodes), 1, 0.0, dt,
-                steps, coefficients(4), *tables, False, 0.0, constants)  # fmt: skip
+        sheet, still = SheetArrays(v, states, unset, unset.copy()), Brought(np.zeros(nodes), np.zeros(nodes))
+        march = Steps(0.0, dt, steps, 1, False, 0.0)
+        advance(sheet, channels, np.zeros(0), still, march, coefficients(4), Tables(*tables), constants)
         if repeat > 0:  # the first one compiles
             best = min(best, (time.perf_counter() - clock) / (nodes * steps))
     return best

@@ -13,7 +13,7 @@ from common import save_text, table
 
 import peristalsis as ps
 from peristalsis.inputs.build import build
-from peristalsis.model.explicit_limits import limits
+from peristalsis.model.explicit.limits import limits
 from peristalsis.model.initial import initial_state
 from peristalsis.model.model import Model
 from peristalsis.model.state import State

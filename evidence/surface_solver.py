@@ -25,8 +25,9 @@ from peristalsis.inputs.build import build
 from peristalsis.model import surface_equilibrium
 from peristalsis.model.initial import initial_state
 from peristalsis.model.model import Model
+from peristalsis.model.scheme import Solved
 from peristalsis.model.state import PelletState, State, WallState
-from peristalsis.model.surface_step import SurfaceSolved, try_surface_wall
+from peristalsis.model.surface_step import try_surface_wall
 from peristalsis.numerics.column_solver import ColumnSolver
 from peristalsis.numerics.krylov import flexible_gmres
 from peristalsis.numerics.ring_blocks import RingOperator, multiply
@@ -79,7 +80,7 @@ class Counts:
 
 def step(
     model: Model, known: Wall, wave: Floats, counts: Counts, dt: float = DT, depth: int = 8, **options: Any
-) -> SurfaceSolved:
+) -> Solved:
     """One step, in halves where it does not converge."""
     surface = options.get("surface", SurfaceConstants())
     _, solved = try_surface_wall(model, *known, wave, dt, surface, mean_first=options.get("mean_first", True))
@@ -96,7 +97,7 @@ def step(
     return solved
 
 
-def run(elements: int, columns: int, seconds: float, point: bool, **options: Any) -> tuple[SurfaceSolved, Counts]:
+def run(elements: int, columns: int, seconds: float, point: bool, **options: Any) -> tuple[Solved, Counts]:
     """March so long; the first step, which loads kernels, is not timed."""
     model, known = started(elements, columns)
     step(model, known, drive(model, DT, columns, point), Counts(), **options)

@@ -11,6 +11,7 @@ from peristalsis.inputs.build import cell_constants
 from peristalsis.inputs.config import Configuration
 from peristalsis.numerics.stabilised import coefficients
 from peristalsis.tissue.cells import plant
+from peristalsis.tissue.records import Brought, SheetArrays, Steps, Tables
 from peristalsis.tissue.sheet import advance_sheet
 
 from .exact.cell import BURSTING_START, ReferenceCell
@@ -39,23 +40,13 @@ class Cell:
     def advance(self, steps: int, stimulus: float = 0.0) -> float:
         """The potential [mV] after so many steps; ValueError if it leaves the range of the tables."""
         verdict = advance_sheet(
-            self.potential,
-            self.gates,
-            self.first,
-            self.latest,
+            SheetArrays(self.potential, self.gates, self.first, self.latest),
             self.conductances,
             np.empty(0),
-            np.array([stimulus]),
-            np.zeros(1),
-            1,
-            self.time,
-            self.dt,
-            steps,
+            Brought(np.array([stimulus]), np.zeros(1)),
+            Steps(self.time, self.dt, steps, 1, self.exact, -40.0),
             coefficients(2),
-            self.table,
-            self.half,
-            self.exact,
-            -40.0,
+            Tables(self.table, self.half),
             self.constants,
         )
         if verdict != -1:

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from peristalsis.errors import DivergenceError
-from peristalsis.model.balance import work_of_step
 from peristalsis.model.equilibrium import CONVERGED, REASONS, LumenConstants, Step, solve_equilibrium
 from peristalsis.model.fields import contact_pressure, corner_tensions, end_reactions, nodal, stretch_of_elements
 from peristalsis.model.model import Model
 from peristalsis.model.state import State
+from peristalsis.model.step_summary import work_of_step
 from peristalsis.numerics.rates import STATIC, RateFormula, rate_formula
 from peristalsis.wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL
 

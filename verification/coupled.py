@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 
 from peristalsis import scenarios
-from peristalsis.model.balance import Work, momentum_of_step, work_of_step
+from peristalsis.model.balance import Work
 from peristalsis.model.model import ACTIVATION_LEVEL
 from peristalsis.model.step import advance
+from peristalsis.model.step_summary import momentum_of_step, work_of_step
 from peristalsis.running.simulation import Simulation
+from peristalsis.tissue.records import Brought, SheetArrays, Steps
 from peristalsis.tissue.sheet import advance_sheet
 
 from .exact.orders import observed_orders
@@ -138,22 +140,13 @@ def one_way() -> Outcome:
     for step in range(300):
         state, _ = advance(model, state)
         advance_sheet(
-            potential,
-            gates,
-            first,
-            last,
+            SheetArrays(potential, gates, first, last),
             part.conductances,
             coefficient,
-            pulse if step * model.dt_wall < 0.05 - 1e-12 else 0.0 * pulse,
-            np.zeros(potential.size),
-            1,
-            step * model.dt_wall * 1e3,
-            model.dt_cell,
-            model.substeps,
+            Brought(pulse if step * model.dt_wall < 0.05 - 1e-12 else 0.0 * pulse, np.zeros(potential.size)),
+            Steps(step * model.dt_wall * 1e3, model.dt_cell, model.substeps, 1, model.exact_kinetics, ACTIVATION_LEVEL),
             model.stages(part, np.ones(1)),
-            *model.tables,
-            model.exact_kinetics,
-            ACTIVATION_LEVEL,
+            model.tables,
             model.cell,
         )
     differing = float((potential != state.longitudinal.potential.ravel()).sum())

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from peristalsis.errors import DivergenceError
 from peristalsis.geometry.tube import lumen_volume
 from peristalsis.inputs.parameters import shipped
-from peristalsis.model.explicit_limits import limits
+from peristalsis.model.explicit.limits import limits
 from peristalsis.model.model import Model
 from peristalsis.model.state import State
 from peristalsis.model.step import advance

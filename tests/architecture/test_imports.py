@@ -153,7 +153,7 @@ def test_sizes() -> None:
     assert len(folders) <= 17
     assert len(structure.rooms()) - len(folders) <= 8
     outside = [name for name in structure.long_files() if name.split("/")[0] not in PHYSICS]
-    assert outside == ["running/simulation.py"]
+    assert outside == []
     most = [count for count, name in structure.longest_arguments() if name.split(".")[0] not in PHYSICS]
     assert most[0] <= 10
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from peristalsis.model.balance import Momentum, Work, momentum_of_step, work_of_step
+from peristalsis.model.balance import Momentum, Work
+from peristalsis.model.step_summary import momentum_of_step, work_of_step
 from verification.exact.runs import EXACT, IDLE, march, moved, started
 from verification.exact.wall import discrete_energy, discrete_volume
 

@@ -7,7 +7,9 @@ from peristalsis.inputs.build import build
 from peristalsis.inputs.config import Configuration
 from peristalsis.model import equilibrium
 from peristalsis.model.initial import initial_state
-from peristalsis.model.step import StepReport, advance
+from peristalsis.model.report import StepReport
+from peristalsis.model.step import advance
+from peristalsis.tissue.records import Brought, SheetArrays, Steps
 from peristalsis.tissue.sheet import MARGIN, QUIET_GATE, QUIET_POTENTIAL, advance_sheet, restless
 from verification.exact.runs import march
 
@@ -62,22 +64,13 @@ def test_waiting_cells_change_nothing_that_matters() -> None:
             drive = np.where((cells < 0.3) & (time < 50.0), 2.0, 0.0)
             drive[-1] = trickle
             verdict = advance_sheet(
-                potential,
-                gates,
-                first,
-                last,
+                SheetArrays(potential, gates, first, last),
                 layer.conductances,
                 coefficient,
-                drive,
-                np.zeros(cells.size),
-                1,
-                time,
-                model.dt_cell,
-                model.substeps,
+                Brought(drive, np.zeros(cells.size)),
+                Steps(time, model.dt_cell, model.substeps, 1, False, -40.0),
                 stages,
-                *model.tables,
-                False,
-                -40.0,
+                model.tables,
                 model.cell,
             )
             assert verdict == -1

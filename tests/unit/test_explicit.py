@@ -18,8 +18,8 @@ from peristalsis.cli.inputs import Input
 from peristalsis.errors import ConfigurationError, DivergenceError
 from peristalsis.inputs.build import build
 from peristalsis.inputs.preflight import Effort, expected_effort
-from peristalsis.model import explicit_step
-from peristalsis.model.explicit_limits import Limits, limits
+from peristalsis.model.explicit import marching as explicit_step
+from peristalsis.model.explicit.limits import Limits, limits
 from peristalsis.model.guards import advance_safely
 from peristalsis.model.initial import initial_state
 from peristalsis.model.model import ExplicitScheme, Model

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from peristalsis.model.contact_summary import contact_summary
 from peristalsis.model.fields import (
     contact_pressure,
     end_reactions,
@@ -11,6 +10,7 @@ from peristalsis.model.fields import (
     nodal_tensions,
     stretch_of_elements,
 )
+from peristalsis.model.step_summary import contact_summary
 from verification.exact.runs import EXACT, started, wave_catches_pellet
 from verification.exact.wall import axial_invariants
 

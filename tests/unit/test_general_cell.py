@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 import peristalsis
 from peristalsis.numerics.binding import Binding, bind
 from peristalsis.numerics.stabilised import coefficients
+from peristalsis.tissue.records import Brought, SheetArrays, Steps, Tables
 
 CELLS = Path(peristalsis.__file__).parent / "tissue" / "cells"
 Floats = NDArray[np.float64]
@@ -65,9 +66,15 @@ def traced(name: str, dt: float, exact: bool = False) -> Floats:
     found = []
     for _ in range(round(SPAN[name] / STEP[name])):
         code = sheet.advance_sheet(
-            v, states, unset, unset.copy(), channels, np.zeros(0), np.full(1, DRIVE[name]), np.zeros(1), 1, 0.0, dt,
-            round(STEP[name] / dt), coefficients(4), *tables, exact, 0.0, constants_of(cell),
-        )  # fmt: skip
+            SheetArrays(v, states, unset, unset.copy()),
+            channels,
+            np.zeros(0),
+            Brought(np.full(1, DRIVE[name]), np.zeros(1)),
+            Steps(0.0, dt, round(STEP[name] / dt), 1, exact, 0.0),
+            coefficients(4),
+            Tables(*tables),
+            constants_of(cell),
+        )
         assert code == -1
         found.append(v[0])
     return np.array(found)

@@ -17,8 +17,9 @@ from peristalsis.model import guards
 from peristalsis.model.guards import advance_safely, violation
 from peristalsis.model.initial import initial_state
 from peristalsis.model.model import Model
+from peristalsis.model.report import StepReport
 from peristalsis.model.state import State
-from peristalsis.model.step import StepReport, advance
+from peristalsis.model.step import advance
 from peristalsis.results.result import Result
 from peristalsis.running.runner import KeptRun
 from peristalsis.running.simulation import Simulation

@@ -15,8 +15,9 @@ import peristalsis as ps
 from peristalsis import names
 from peristalsis.errors import ConfigurationError
 from peristalsis.model.model import Model
+from peristalsis.model.report import StepReport
 from peristalsis.model.state import SheetState, State
-from peristalsis.model.step import StepReport, advance
+from peristalsis.model.step import advance
 from peristalsis.names import FIELDS, OF_NETWORK, OUTPUTS, PROBE, PROBES, SCALARS, STEP, Output
 from peristalsis.plots.figures import currents, force_budget
 from peristalsis.running.events import Event

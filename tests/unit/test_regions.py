@@ -21,7 +21,8 @@ from peristalsis.inputs.config import Configuration
 from peristalsis.inputs.regions import QUANTITIES, Region, check, read, varies_around
 from peristalsis.inputs.regions.sampling import coverage, factor_field
 from peristalsis.model.initial import initial_state
-from peristalsis.model.step import advance, muscle_drive
+from peristalsis.model.schemes.column import muscle_drive
+from peristalsis.model.step import advance
 from peristalsis.tissue.cells.plant import CHANNELS
 
 RADIUS = 0.795

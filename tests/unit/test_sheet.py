@@ -5,6 +5,7 @@ import pytest
 
 from peristalsis.model.model import Model
 from peristalsis.model.state import State
+from peristalsis.tissue.records import Brought, SheetArrays, Steps
 from peristalsis.tissue.sheet import advance_sheet
 from verification.exact.runs import IDLE, started
 
@@ -30,22 +31,16 @@ class Sheet:
     ) -> int:
         size = self.potential.size
         return advance_sheet(
-            self.potential,
-            self.gates,
-            self.first,
-            self.latest,
+            SheetArrays(self.potential, self.gates, self.first, self.latest),
             self.conductances,
             self.coefficient,
-            np.broadcast_to(np.asarray(drive, float), (size,)).copy(),
-            np.broadcast_to(np.asarray(shunt, float), (size,)).copy(),
-            self.columns,
-            time,
-            self.model.dt_cell,
-            steps,
+            Brought(
+                np.broadcast_to(np.asarray(drive, float), (size,)).copy(),
+                np.broadcast_to(np.asarray(shunt, float), (size,)).copy(),
+            ),
+            Steps(time, self.model.dt_cell, steps, self.columns, False, -40.0),
             self.stages,
-            *self.model.tables,
-            False,
-            -40.0,
+            self.model.tables,
             self.model.cell,
         )
 

@@ -11,7 +11,9 @@ import pytest
 
 from peristalsis.errors import DivergenceError
 from peristalsis.model.fields import axial_tension_of_elements
-from peristalsis.model.step import _sensed_tension, advance, muscle_drive
+from peristalsis.model.schemes.choice import scheme_of
+from peristalsis.model.schemes.column import muscle_drive
+from peristalsis.model.step import advance
 from peristalsis.running.observers import StopConditions
 from verification.exact.runs import IDLE, march, moved, started
 
@@ -121,7 +123,7 @@ def test_total_tension_of_the_trigger_is_linear_between_elements(changes: dict[s
     """On one column and on several."""
     model, state = started(IDLE, {"grid.n_z": 40, "grid.n_z_wall": 20, "trigger.rule": "total", **changes})
     tension = axial_tension_of_elements(state.wall, model.wall)
-    found = _sensed_tension(model, state.longitudinal, state.wall)
+    found = scheme_of(model).trigger_tension(model, state.wall)
     assert found.shape == state.longitudinal.potential.shape
     middle = 0.5 * (model.grid.nodes[1:] + model.grid.nodes[:-1])
     for column in found.T:

@@ -7,13 +7,13 @@ import pytest
 
 from peristalsis.inputs.build import build
 from peristalsis.inputs.config import Configuration
-from peristalsis.model.balance import momentum_of_step, work_of_step
 from peristalsis.model.bookkeeping import numbers_of_step, reactions, touch, wall_work
 from peristalsis.model.constants import packed
 from peristalsis.model.fields import end_reactions
 from peristalsis.model.initial import initial_state
 from peristalsis.model.state import WallState
 from peristalsis.model.step import advance
+from peristalsis.model.step_summary import momentum_of_step, work_of_step
 from verification.exact.runs import IDLE, march, started
 from verification.exact.wall import COUPLED, assembled, wall_constants
 

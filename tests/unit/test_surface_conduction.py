@@ -6,6 +6,7 @@ import pytest
 from peristalsis.numerics.stabilised import coefficients, stages_for
 from peristalsis.tissue.bidomain import surface_operator
 from peristalsis.tissue.conduction import diffuse, fill_ghosts, largest_eigenvalue
+from peristalsis.tissue.records import Brought, SheetArrays, Steps
 from peristalsis.tissue.sheet import advance_sheet
 from peristalsis.tissue.surface import Conductivities, Monodomain, SurfaceOperator, SurfaceSizes, stability_rate
 from peristalsis.tissue.surface_sheet import advance_surface_sheet
@@ -130,21 +131,15 @@ class SurfaceSheet:
 
     def advance(self, steps: int, drive: np.ndarray | float = 0.0, time: float = 0.0) -> int:
         return advance_surface_sheet(
-            self.potential,
-            self.gates,
-            self.first,
-            self.latest,
+            SheetArrays(self.potential, self.gates, self.first, self.latest),
             self.conductances,
             self.operator,
-            np.broadcast_to(np.asarray(drive, float), (60, self.columns)).ravel(),
-            np.zeros(self.potential.size),
-            time,
-            MODEL.dt_cell,
-            steps,
+            Brought(
+                np.broadcast_to(np.asarray(drive, float), (60, self.columns)).ravel(), np.zeros(self.potential.size)
+            ),
+            Steps(time, MODEL.dt_cell, steps, 1, False, -40.0),
             self.stages,
-            *MODEL.tables,
-            False,
-            -40.0,
+            MODEL.tables,
             MODEL.cell,
         )
 
@@ -165,22 +160,13 @@ def test_uniform_ring_is_one_column_bit_for_bit(kind: str, columns: int) -> None
     coefficient = np.full(59, MODEL.longitudinal.diffusivity * 1e-3 / (24.0 * MODEL.grid.cell_size) ** 2)
     stages = MODEL.stages(MODEL.longitudinal, np.ones((8, 1)))
     advance_sheet(
-        potential,
-        gates,
-        first,
-        latest,
+        SheetArrays(potential, gates, first, latest),
         MODEL.longitudinal.conductances[:, :60].copy(),
         coefficient,
-        drive,
-        np.zeros(60),
-        1,
-        0.0,
-        MODEL.dt_cell,
-        1600,
+        Brought(drive, np.zeros(60)),
+        Steps(0.0, MODEL.dt_cell, 1600, 1, False, -40.0),
         stages,
-        *MODEL.tables,
-        False,
-        -40.0,
+        MODEL.tables,
         MODEL.cell,
     )
     assert np.isfinite(first).sum() > 4

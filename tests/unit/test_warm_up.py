@@ -14,7 +14,7 @@ import pytest
 from peristalsis.inputs.build import build
 from peristalsis.inputs.config import Configuration
 from peristalsis.model.initial import initial_state, straight_state
-from peristalsis.model.step import advance_tissue
+from peristalsis.model.step import advance_sheets
 from peristalsis.numerics.sources import PACKAGE, kernel_digest
 from peristalsis.running import warm_up
 
@@ -118,7 +118,7 @@ def test_tissue_is_compiled_without_an_equilibrium(monkeypatch: pytest.MonkeyPat
         raise AssertionError("the wall was solved for")
 
     monkeypatch.setattr("peristalsis.model.inflation.solve_packed", unwanted)
-    monkeypatch.setattr("peristalsis.model.step.step_wall", unwanted)
+    monkeypatch.setattr("peristalsis.model.schemes.column.step_wall", unwanted)
     warm_up.compile_tissue()
 
 
@@ -131,5 +131,5 @@ def test_straight_tube_has_the_cells_of_the_state_at_rest() -> None:
     assert straight.wall.position.shape == settled.wall.position.shape
     assert np.all(straight.wall.position[:, :, 0] == model.wall.radius)
     before = straight.longitudinal.potential.copy()
-    advance_tissue(model, straight)
+    advance_sheets(model, straight)
     assert np.array_equal(straight.longitudinal.potential, before)

@@ -6,6 +6,7 @@ import pytest
 from peristalsis.numerics.stabilised import coefficients, stages_for
 from peristalsis.tissue.bidomain import surface_operator
 from peristalsis.tissue.conduction import largest_eigenvalue
+from peristalsis.tissue.records import Brought, SheetArrays, Steps
 from peristalsis.tissue.resolution import columns_for_speed, front_foot, relative_front_speed
 from peristalsis.tissue.surface import Conductivities, SurfaceSizes, stability_rate
 from peristalsis.tissue.surface_sheet import advance_surface_sheet
@@ -50,8 +51,14 @@ def front_speed(
     while time < limit:
         now = drive if time < 50.0 else np.zeros(size)
         verdict = advance_surface_sheet(
-            *(potential, gates, first, last, conductances, operator, now, np.zeros(size)),
-            *(time, MODEL.dt_cell, 40, stages, *MODEL.tables, False, -40.0, MODEL.cell),
+            SheetArrays(potential, gates, first, last),
+            conductances,
+            operator,
+            Brought(now, np.zeros(size)),
+            Steps(time, MODEL.dt_cell, 40, 1, False, -40.0),
+            stages,
+            MODEL.tables,
+            MODEL.cell,
         )
         assert verdict == -1
         time += 40.0 * MODEL.dt_cell

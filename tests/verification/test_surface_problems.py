@@ -10,9 +10,10 @@ import scipy.sparse.linalg as sl
 from numpy.typing import NDArray
 
 from peristalsis.model.model import Model
+from peristalsis.model.scheme import Solved
+from peristalsis.model.schemes import column
 from peristalsis.model.state import PelletState, WallState
-from peristalsis.model.step import _try_wall
-from peristalsis.model.surface_step import SurfaceSolved, try_surface_wall
+from peristalsis.model.surface_step import try_surface_wall
 from peristalsis.wall.constants import SurfaceConstants
 from peristalsis.wall.passive import PassiveConstants
 from verification.exact.orders import assert_order
@@ -50,7 +51,7 @@ def step(
     surface: SurfaceConstants = REGULAR,
     halvings: int = 6,
     dt: float = DT,
-) -> SurfaceSolved:
+) -> Solved:
     """One step, in halves where it does not converge."""
     _, solved = try_surface_wall(model, *known, drive, dt, surface)
     if solved is not None:
@@ -86,7 +87,7 @@ def test_ring_uniform_steps_are_the_axisymmetric_ones(columns: int, frame: str, 
     counts = np.zeros(3, int)
     for k in range(20):
         time = 0.1 + (k + 1) * DT
-        _, one = _try_wall(model, *known, travelling_drive(model, time, 1), DT)
+        _, one = column.solve_wall(model, *known, travelling_drive(model, time, 1), DT)
         wave = travelling_drive(model, time, columns)
         _, many = try_surface_wall(model, *wide, wave, DT, REGULAR, mean_first=mean_first)
         assert one is not None
@@ -115,7 +116,7 @@ def test_turning_by_columns_turns_the_solution() -> None:
     model, state = started(COARSE)
     wall = widened(state.wall, 8)
 
-    def run(shift: int) -> SurfaceSolved:
+    def run(shift: int) -> Solved:
         known = (wall, state.pellet, state.pressure)
         for k in range(3):
             drive = travelling_drive(model, 0.1 + k * DT, 8) * (0.02 + 0.02 * np.cos(np.pi * np.arange(8) / 4.0))

@@ -16,6 +16,7 @@ from scipy.special import erfc
 from peristalsis.numerics.stabilised import coefficients, stages_for
 from peristalsis.tissue.cells.plant import LEAK, CellConstants
 from peristalsis.tissue.conduction import GHOSTS, diffuse, fill_ghosts, largest_eigenvalue
+from peristalsis.tissue.records import Brought, SheetArrays, Steps, Tables
 from peristalsis.tissue.sheet import advance_sheet
 
 Floats = NDArray[np.float64]
@@ -73,23 +74,13 @@ class PassiveCable:
         unset = np.full(self.cells, np.nan)
         table = np.zeros((2, 8))
         return advance_sheet(
-            self.potential,
-            np.zeros((4, self.cells)),
-            unset,
-            unset.copy(),
+            SheetArrays(self.potential, np.zeros((4, self.cells)), unset, unset.copy()),
             conductances,
             np.full(self.cells - 1, 1.0 / (24.0 * self.h) ** 2),
-            drive,
-            np.zeros(self.cells),
-            1,
-            0.0,
-            dt,
-            steps,
+            Brought(drive, np.zeros(self.cells)),
+            Steps(0.0, dt, steps, 1, True, -40.0),
             coefficients(needed),
-            table,
-            table,
-            True,
-            -40.0,
+            Tables(table, table),
             PASSIVE,
         )
 

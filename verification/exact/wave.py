@@ -10,6 +10,7 @@ from peristalsis.model.model import ACTIVATION_LEVEL
 from peristalsis.numerics.stabilised import coefficients, stages_for
 from peristalsis.results.measures import wave_speed
 from peristalsis.tissue.conduction import largest_eigenvalue
+from peristalsis.tissue.records import Brought, SheetArrays, Steps, Tables
 from peristalsis.tissue.sheet import advance_sheet
 
 from .runs import configured
@@ -34,23 +35,13 @@ def speed(layer: str, cells: int, stretch: float = 1.0, length: float = 10.0) ->
     time = 0.0
     for duration, current in ((50.0, 2.0), (1e3 * length / 2.5, 0.0)):
         advance_sheet(
-            potential,
-            gates,
-            first,
-            last,
+            SheetArrays(potential, gates, first, last),
             part.conductances,
             np.full(cells - 1, part.diffusivity * 1e-3 / (24.0 * h) ** 2 / stretch),
-            np.where(z < 0.3, current, 0.0),
-            np.zeros(cells),
-            1,
-            time,
-            dt,
-            round(duration / dt),
+            Brought(np.where(z < 0.3, current, 0.0), np.zeros(cells)),
+            Steps(time, dt, round(duration / dt), 1, False, ACTIVATION_LEVEL),
             stages,
-            table,
-            half,
-            False,
-            ACTIVATION_LEVEL,
+            Tables(table, half),
             model.cell,
         )
         time += duration

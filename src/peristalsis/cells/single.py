@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import ConfigurationError
 from ..numerics.binding import Binding, bind
 from ..numerics.stabilised import coefficients
+from ..tissue.records import Brought, SheetArrays, Steps, Tables
 from .description import FOLDER, Description, Floats, start
 
 Stimulus = Callable[[float], float]
@@ -85,9 +86,15 @@ def run(
         for part in range(1 if steady else parts):
             drive[0] = stimulus(k * sampling + (part + 0.5) * dt)
             code = sheet.advance_sheet(
-                v, states, unset, unset.copy(), channels, none, drive, shunt, 1, 0.0, dt, parts if steady else 1,
-                stages, *tables, exact, 0.0, constants,
-            )  # fmt: skip
+                SheetArrays(v, states, unset, unset.copy()),
+                channels,
+                none,
+                Brought(drive, shunt),
+                Steps(0.0, dt, parts if steady else 1, 1, exact, 0.0),
+                stages,
+                Tables(*tables),
+                constants,
+            )
             if code != -1:
                 raise ConfigurationError(
                     f"the potential of {cell.name} leaves its range of {own.LOWEST:g} to {own.HIGHEST:g} mV within "

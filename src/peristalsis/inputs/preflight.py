@@ -14,7 +14,7 @@ import numpy as np
 
 from ..errors import ConfigurationError, DivergenceError, shown
 from ..model.ends import BULGE, bulges
-from ..model.explicit_limits import Limits
+from ..model.explicit.limits import Limits
 from ..model.model import Model
 from ..model.state import State
 from ..numerics.roots import find_root
@@ -195,7 +195,7 @@ def check_explicit_step(configuration: Configuration, model: Model, state: State
     The limit may still fall in a run, where the wall shortens or widens; the guards watch for that.
     """
     given = configuration.step.explicit
-    allowed = model.binding.module("model.explicit_limits").limits(model, state)
+    allowed = model.binding.module("model.explicit.limits").limits(model, state)
     if given * 1e-3 <= allowed.least:
         return
     least = 1e3 * configuration.solver.explicit_safety * allowed.least
@@ -233,7 +233,7 @@ TIMED = 2000
 
 def expected_effort(configuration: Configuration, model: Model, state: State) -> Effort:
     """Time a short piece of an explicit run, to say beforehand how long all of it would take if it ran to its end."""
-    scheme, allowed = model.explicit, model.binding.module("model.explicit_limits").limits(model, state)
+    scheme, allowed = model.explicit, model.binding.module("model.explicit.limits").limits(model, state)
     if scheme is None:
         raise ValueError("the model has no explicit scheme: set solver.integrator = explicit")
     dt_cell = model.dt_wall / model.substeps

@@ -9,6 +9,7 @@ from ..inputs.build import build
 from ..inputs.config import Configuration
 from ..model.model import ACTIVATION_LEVEL
 from ..results.measures import wave_speed
+from ..tissue.records import Brought, SheetArrays, Steps
 
 Floats = NDArray[np.float64]
 
@@ -25,8 +26,8 @@ def cable_wave_speed(configuration: Configuration, layer: str = "longitudinal", 
     model = build(configuration)
     part = model.longitudinal if layer == "longitudinal" else model.circular
     n = model.grid.n_z
-    table, half_table = part.tables(model.dt_cell)
-    rest = part.cell.rest.rest_state(part.conductances[:, 0], part.constants, table, model.exact_kinetics)
+    tables = part.tables(model.dt_cell)
+    rest = part.cell.rest.rest_state(part.conductances[:, 0], part.constants, tables.whole, model.exact_kinetics)
     potential, gates = np.full(n, rest.potential), np.repeat(np.array(rest.gates)[:, None], n, axis=1)
     first, last = np.full(n, np.nan), np.full(n, np.nan)
     coefficient = np.full(n - 1, part.diffusivity * 1e-3 / (24.0 * model.grid.cell_size) ** 2)
@@ -36,23 +37,13 @@ def cable_wave_speed(configuration: Configuration, layer: str = "longitudinal", 
     for step in range(round(duration / model.dt_wall)):
         time = step * model.dt_wall
         part.cell.advance_sheet(
-            potential,
-            gates,
-            first,
-            last,
+            SheetArrays(potential, gates, first, last),
             np.ascontiguousarray(part.conductances[:, :n]),
             coefficient,
-            driven if time < pulse.duration - 1e-12 else np.zeros(n),
-            np.zeros(n),
-            1,
-            time * 1e3,
-            model.dt_cell,
-            model.substeps,
+            Brought(driven if time < pulse.duration - 1e-12 else np.zeros(n), np.zeros(n)),
+            Steps(time * 1e3, model.dt_cell, model.substeps, 1, model.exact_kinetics, ACTIVATION_LEVEL),
             stages,
-            table,
-            half_table,
-            model.exact_kinetics,
-            ACTIVATION_LEVEL,
+            tables,
             part.constants,
         )
     return wave_speed(model.grid.cells, first * 1e-3)

@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from ..geometry.surface import rates_to_frames
 from ..numerics.rates import rate_formula
 from ..pellet.contact import normal_slope
-from .bookkeeping import WallWork, wall_work
-from .constants import packed
-from .explicit_step import contact_energy, explicit_acceleration
-from .fields import end_reactions
+from .bookkeeping import WallWork
+from .explicit.marching import contact_energy, explicit_acceleration
 from .friction import dry_friction_now, sliding_speed, tangential_friction_ahead
 from .model import Model
 from .state import State
@@ -42,15 +40,8 @@ class Work(NamedTuple):
         return self.stored + self.lost_wall + self.lost_pellet + self.kinetic - self.active - self.gas
 
 
-def work_of_step(model: Model, before: State, after: State) -> Work:
-    """Trapezoidal work of every term between two states a step apart."""
-    if model.grid.is_surface:
-        return _work_on_surface(model, before, after)
-    return work_from(model, before, after, wall_work(before.wall.arrays, after.wall.arrays, packed(model.wall)))
-
-
 def work_from(model: Model, before: State, after: State, wall: WallWork) -> Work:
-    """`work_of_step` of one column from the numbers of `bookkeeping.wall_work`."""
+    """Trapezoidal work of every term between two states of one column, from what `bookkeeping.wall_work` found."""
     pellet_volume = model.pellet.volume if model.pellet.present else 0.0
     gas = _gas_energy(model, wall.volume_before - pellet_volume) - _gas_energy(model, wall.volume_after - pellet_volume)
     kinetic = 0.0
@@ -68,7 +59,8 @@ def work_from(model: Model, before: State, after: State, wall: WallWork) -> Work
     )
 
 
-def _work_on_surface(model: Model, before: State, after: State) -> Work:
+def work_on_surface(model: Model, before: State, after: State) -> Work:
+    """`work_from` of the whole surface."""
     old, new = before.wall, after.wall
     stored, active, lost = surface_wall_work(old, new, model.wall, model.surface)
     pellet_volume = model.pellet.volume if model.pellet.present else 0.0
@@ -127,17 +119,11 @@ class Momentum(NamedTuple):
         return self.ends - self.pellet + self.friction - self.inertia
 
 
-def momentum_of_step(model: Model, before: State, after: State) -> Momentum:
-    """Axial momentum at the end of the step.
+def momentum_from(model: Model, before: State, after: State, ends: float) -> Momentum:
+    """Axial momentum at the end of the step, from the difference of the anal and the oral reaction [mN].
 
     With inertia, a step that was cut into pieces keeps no record of what its rate is made of: its terms are nan.
     """
-    oral, anal, _ = end_reactions(after.wall, model.wall, after.pressure)
-    return momentum_from(model, before, after, anal - oral)
-
-
-def momentum_from(model: Model, before: State, after: State, ends: float) -> Momentum:
-    """`momentum_of_step` from the difference of the anal and the oral reaction [mN]."""
     force = after.pellet.axial_force if model.pellet.present else 0.0
     # Friction holds by the contact at a step's start where the step is implicit, by that of now where it is explicit.
     holding = before if model.explicit is None else after
@@ -145,7 +131,7 @@ def momentum_from(model: Model, before: State, after: State, ends: float) -> Mom
     friction = model.pellet.frame * force if held else 0.0
     inertia = 0.0
     if model.explicit is not None:
-        rate = float(explicit_acceleration(after.wall)[:, :, 2].sum())
+        rate = float(explicit_acceleration(after)[:, :, 2].sum())
         inertia = 2.0 * math.pi * model.wall.radius * model.wall.element_size * model.wall.surface_density * rate
     elif model.inertia and before is not after:
         if after.wall.step_before != model.dt_wall:

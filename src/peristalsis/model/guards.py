@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from ..errors import DivergenceError
 from ..numerics.compiled import compiled
 from ..tissue.cell import SHIPPED_CELL, Cell
-from ..wall.membrane import LARGEST_STRETCH, SMALLEST_STRETCH
 from .equilibrium import TENSION_SCALE
-from .fields import stretch_of_elements
 from .model import Model
+from .ranges import between, outside
+from .report import StepReport
+from .schemes.choice import scheme_of
 from .state import SheetState, State, WallState
-from .step import StepReport, advance
-from .surface_fields import surface_stretches
+from .step import advance
 
 Floats = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ def advance_safely(model: Model, state: State, halvings: int = HALVINGS) -> tupl
 def violation(model: Model, state: State) -> str | None:
     """What is wrong with a state, naming field and place, or None: not finite, or beyond what any tissue can be."""
     found = None if _sound(model, state) else _first_wrong(model, state)
-    found = found or _stretches(model, state.wall)
+    found = found or scheme_of(model).stretch_fault(model, state.wall)
     if found is not None:
         return found
     pellet = state.pellet
@@ -129,12 +129,12 @@ def _all_within(
     good = True
     for sheet in range(len(potentials)):
         bounds = allowed[sheet]
-        good &= _between(potentials[sheet], bounds[0, 0], bounds[1, 0])
+        good &= between(potentials[sheet], bounds[0, 0], bounds[1, 0])
         rows = gates[sheet]
         for k in range(rows.shape[0]):
-            good &= _between(rows[k], bounds[0, k + 1], bounds[1, k + 1])
+            good &= between(rows[k], bounds[0, k + 1], bounds[1, k + 1])
     for values in finite:
-        good &= _between(values, -np.inf, np.inf)
+        good &= between(values, -np.inf, np.inf)
     return good
 
 
@@ -149,11 +149,11 @@ def _first_wrong(model: Model, state: State) -> str | None:
 def _sheet(model: Model, name: str, cell: Cell, sheet: SheetState) -> str | None:
     places = model.grid.cells
     allowed = _allowed(cell)
-    bad = _outside(sheet.potential, allowed[0, 0], allowed[1, 0], places)
+    bad = outside(sheet.potential, allowed[0, 0], allowed[1, 0], places)
     if bad is not None:
         return f"{name} potential {bad} mV"
     for gate, values, low, high in zip(cell.states, sheet.gates, *allowed[:, 1:], strict=True):
-        bad = _outside(values, low, high, places)
+        bad = outside(values, low, high, places)
         if bad is not None:
             return f"{name} gate {gate} {bad}"
     return None
@@ -165,69 +165,12 @@ def _wall(model: Model, wall: WallState) -> str | None:
     lengths = {"position": wall.position, "velocity": wall.velocity}
     rates = {"contact density": wall.contact, "hoop rate": wall.hoop_rate, "stretch rate": wall.stretch_rate}
     for name, values in {**lengths, **rates, "muscle drive": wall.drive[0], "drive": wall.drive[1]}.items():
-        bad = _outside(values, -infinite, infinite, nodes)
+        bad = outside(values, -infinite, infinite, nodes)
         if bad is not None:
             return f"wall {name} {bad}"
     return None
 
 
-def _stretches(model: Model, wall: WallState) -> str | None:
-    nodes = model.grid.nodes
-    if model.grid.is_surface:
-        # Of the edges: a wall that bows is longer than rho and zeta show, and its nodes may cross the tube's axis.
-        try:
-            stretch, hoop = surface_stretches(wall.position, model.wall)
-        except ValueError as error:
-            return str(error)
-    else:
-        if _column_within(wall.position, model.wall.element_size, model.wall.radius):
-            return None
-        stretch = stretch_of_elements(wall.position, model.wall.element_size)
-        hoop = wall.position[:, :, 0] / model.wall.radius
-    for name, values in {"longitudinal stretch": stretch, "circumferential stretch": hoop}.items():
-        bad = _outside(values, SMALLEST_STRETCH, LARGEST_STRETCH, nodes)
-        if bad is not None:
-            return f"{name} {bad}"
-    return None
-
-
-@compiled
-def _column_within(position: np.ndarray, element_size: float, radius: float) -> bool:
-    """Whether all stretches of a wall of one column, (n, 1, 3), are in range."""
-    n = position.shape[0]
-    good = 0
-    for i in range(n):
-        hoop = position[i, 0, 0] / radius
-        good += 1 if (hoop > SMALLEST_STRETCH) & (hoop < LARGEST_STRETCH) else 0
-    for e in range(n - 1):
-        dr, dz = position[e + 1, 0, 0] - position[e, 0, 0], position[e + 1, 0, 2] - position[e, 0, 2]
-        stretch = math.sqrt(dr * dr + dz * dz) / element_size
-        good += 1 if (stretch > SMALLEST_STRETCH) & (stretch < LARGEST_STRETCH) else 0
-    return good == 2 * n - 1
-
-
 def _trigger(model: Model, state: State) -> str | None:
-    bad = _outside(state.trigger.tension, -np.inf, np.inf, model.grid.cells)
+    bad = outside(state.trigger.tension, -np.inf, np.inf, model.grid.cells)
     return None if bad is None else f"tension seen by the trigger {bad}"
-
-
-@compiled
-def _between(values: np.ndarray, low: float, high: float) -> bool:
-    """Whether every value is a number strictly between the bounds."""
-    good = 0
-    for k in range(values.size):  # by index: such a loop runs on vector registers
-        good += 1 if (values[k] > low) & (values[k] < high) else 0
-    return good == values.size
-
-
-def _outside(values: Floats, low: float, high: float, places: Floats) -> str | None:
-    """The first value that is not a number strictly between two bounds, with its place; None if there is none.
-
-    values: (n, ...) along the tube. places: [cm], as many or, for half elements, about half as many.
-    """
-    if _between(values.ravel(), low, high):
-        return None
-    good = (values > low) & (values < high)
-    index = np.unravel_index(int(np.argmin(good)), good.shape)
-    place = places[min(int(index[0] * places.size / values.shape[0]), places.size - 1)]
-    return f"is {values[index]:.3g} at z = {place:.3g} cm,"

@@ -15,6 +15,7 @@ from ..geometry.tube import lumen_volume
 from ..pellet.body import require_shape
 from ..pellet.friction import dry_friction, share_out
 from ..tissue.cell import SHIPPED_CELL
+from ..tissue.records import Brought, SheetArrays, Steps
 from ..tissue.steady import NoRestError, RestState
 from .inflation import inflate_and_insert
 from .model import ACTIVATION_LEVEL, Layer, Model, Network, explicit_stages
@@ -149,10 +150,15 @@ def _network_sheet(model: Model, network: Network) -> SheetState:
         count = shape[1] * int(np.count_nonzero(network.lag * model.grid.cells <= k * length + 1e-9))
         v, states, none = potential[:count].copy(), gates[:, :count].copy(), np.zeros(count)
         layer.cell.advance_sheet(
-            v, states, np.full(count, np.nan), np.full(count, np.nan), layer.conductances[:, :count].copy(),
-            np.zeros(0), none, none, shape[1], 0.0, model.dt_cell, steps, stages, *layer.tables(model.dt_cell),
-            model.exact_kinetics, ACTIVATION_LEVEL, layer.constants,
-        )  # fmt: skip
+            SheetArrays(v, states, np.full(count, np.nan), np.full(count, np.nan)),
+            layer.conductances[:, :count].copy(),
+            np.zeros(0),
+            Brought(none, none),
+            Steps(0.0, model.dt_cell, steps, shape[1], model.exact_kinetics, ACTIVATION_LEVEL),
+            stages,
+            layer.tables(model.dt_cell),
+            layer.constants,
+        )
         potential[:count], gates[:, :count] = v, states
     return replace(sheet, potential=potential.reshape(shape), gates=gates.reshape(-1, *shape))
 

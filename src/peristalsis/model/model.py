@@ -21,6 +21,7 @@ from ..pellet.friction import CONSTANT, FrictionLaw
 from ..tissue.cell import SHIPPED_CELL, Cell
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
+from ..tissue.records import Tables
 from ..tissue.surface import Conductivities, stability_rate
 from ..wall.constants import SurfaceConstants, WallConstants
 from .constants import LumenConstants, PelletConstants
@@ -79,7 +80,7 @@ class Layer:
         """Largest change of a cell's current with its potential [mS/cm^2]."""
         return self.cell.leakiness(self.conductances, self.constants)
 
-    def tables(self, dt: float) -> tuple[Floats, Floats]:
+    def tables(self, dt: float) -> Tables:
         """Tables of its cells for a whole and a half step of dt [ms]."""
         return self.cell.tables(dt, self.constants)
 
@@ -192,7 +193,7 @@ class Model:
         return self.longitudinal.constants
 
     @property
-    def tables(self) -> tuple[Floats, Floats]:
+    def tables(self) -> Tables:
         """Tables of the longitudinal layer's cells for a whole and a half step."""
         return self.longitudinal.tables(self.dt_cell)
 

@@ -82,6 +82,17 @@ class PelletState:
 
 
 @dataclass(frozen=True)
+class MicroStep:
+    """What the explicit scheme keeps besides, Eqs. (53)-(57): the nodes' rate half a micro-step ago, and its length.
+
+    rate: of (rho, vartheta, zeta), (n_z_wall + 1, 1, 3). length: of the last micro-step [s].
+    """
+
+    rate: Floats
+    length: float
+
+
+@dataclass(frozen=True)
 class State:
     """Everything that the next step depends on; time is step * dt, from the integer step."""
 
@@ -96,3 +107,4 @@ class State:
     reflex: ReflexState
     sources: tuple[SourceState, ...]
     network: SheetState | None = None
+    micro_step: MicroStep | None = None

@@ -18,23 +18,11 @@ from ..wall.surface_regularisers import patch_shear
 from .equilibrium import CONVERGED, OUT_OF_RANGE, ROUNDED, Step, solve_equilibrium
 from .friction import friction_ahead
 from .model import Model
+from .scheme import Solved
 from .state import PelletState, WallState
 from .surface_equilibrium import Sideways, SurfaceProblem, SurfaceVerdict, merit_of, solve_surface
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class SurfaceSolved:
-    """What a step of the wall left behind and what it took; `krylov` counts iterations of the linear solver."""
-
-    wall: WallState
-    pellet: PelletState
-    pressure: float
-    iterations: int
-    assemblies: int
-    solves: int
-    krylov: int
 
 
 @dataclass(frozen=True)
@@ -67,7 +55,7 @@ def try_surface_wall(
     surface: SurfaceConstants,
     sideways_friction: float | None = None,
     mean_first: bool = True,
-) -> tuple[int, SurfaceSolved | None]:
+) -> tuple[int, Solved | None]:
     """One implicit step `dt` [s]; None with the reason's code (`equilibrium.REASONS`) when it does not converge.
 
     drive: (2, 2 n_z_wall, n_theta) [mV] at the end of the step. The pellet moves across the axis only if
@@ -190,7 +178,7 @@ def _state_after(
     scalars: Floats,
     drive: Floats,
     dt: float,
-) -> SurfaceSolved:
+) -> Solved:
     slope = problem.step.slope
     velocity = (places - problem.history) * slope
     velocity[[0, -1]] = 0.0
@@ -211,7 +199,7 @@ def _state_after(
     )
     x, y = (float(scalars[3]), float(scalars[4])) if problem.sideways is not None else (0.0, 0.0)
     moved = _move_pellet(model, problem, places, density, velocity, (x, y, float(scalars[1])))
-    return SurfaceSolved(after, moved, float(scalars[0]), verdict.iterations, verdict.assemblies, 1, verdict.krylov)
+    return Solved(after, moved, float(scalars[0]), verdict.iterations, verdict.assemblies, 1, verdict.krylov)
 
 
 def _move_pellet(

@@ -11,8 +11,8 @@ import numpy as np
 from ..model.ends import ANALLY, ORALLY, passages
 from ..model.friction import rests_on_end, sliding_speed
 from ..model.model import Model
+from ..model.report import StepReport
 from ..model.state import State
-from ..model.step import StepReport
 
 KINDS = (
     "pacemaker",

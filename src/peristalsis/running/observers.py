@@ -15,8 +15,8 @@ from ..inputs.asked import ARREST_TRAVEL, ARREST_WINDOW
 from ..inputs.recording import ALL, chosen, due
 from ..model.ends import ANALLY, ORALLY, passages
 from ..model.model import Model
+from ..model.report import StepReport
 from ..model.state import State
-from ..model.step import StepReport
 from ..names import OUTPUTS, PROBES, SCALARS, Output
 from ..results.moment import Done, Moment, StepMoment
 

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import math
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, is_dataclass, replace
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, is_dataclass
 from os import PathLike
 from typing import Any
 
@@ -22,35 +20,23 @@ from ..inputs.asked import ARREST_TRAVEL, ARREST_WINDOW
 from ..inputs.build import build
 from ..inputs.config import ENDS, FIELDS, Configuration
 from ..inputs.protocols import changeable, values_at
-from ..inputs.recording import chosen, frames_apart, probe_names, whole_steps
+from ..inputs.recording import whole_steps
 from ..model.ends import ANALLY, ORALLY
 from ..model.model import Model
 from ..model.state import PelletState, State
-from ..names import ACTIVATION, EVENTS
 from ..paths import located
 from ..results import convergence
 from ..results.findings import remarks_of_summary
-from ..results.moment import Moment
 from ..results.result import Result, load
 from ..storing.checkpoint import Checkpoints, Found, Head, newest_of
 from ..storing.environment import code_version
 from ..storing.packing import pack, packable, unpack
 from ..storing.store import LAST_STATE
-from .events import Event, EventRecorder
-from .observers import (
-    AT_REST,
-    REACHED,
-    Callback,
-    Expulsion,
-    FieldRecorder,
-    Observer,
-    ProbeRecorder,
-    ScalarRecorder,
-    StopConditions,
-    read_off,
-)
+from .events import Event
+from .observers import AT_REST, REACHED, Callback, Observer
+from .recorders import Recorders, without_history
+from .stopping import stop_at_signals, way_on
 from .summary import summarise
-from .upstrokes import UpstrokeRecorder, wave_columns
 from .warm_up import warm_up
 
 
@@ -83,29 +69,8 @@ class Simulation:
             preflight.check_explicit_step(configuration, self.model, self.state)
         at_start = preflight.remarks_of_start(configuration, self.state)
         self.remarks = [*preflight.remarks(configuration), *remarks, *at_start, *convergence.start_remarks(self.model)]
-        dt = self.model.dt_wall
-        every = frames_apart(configuration.output.interval, dt)
-        cell = self.model.grid.cell_size
-        probes = np.array(configuration.output.probes, dtype=float)
-        cells = np.clip((probes / cell).astype(np.int64), 0, self.model.grid.n_z - 1)
-        self._scalars = ScalarRecorder()
-        self._fields = FieldRecorder(every, chosen(configuration.output.fields, configuration.cells()))
-        self._probes = ProbeRecorder(cells, probe_names(configuration.cells()))
-        self._events = EventRecorder()
-        self._upstrokes = UpstrokeRecorder()
-        run = configuration.run
-        self._expulsion = Expulsion(run.stop_when_expelled)
-        self._stops = StopConditions(run.stop_position, run.stop_when_arrested)
-        self._observers: list[Observer] = [
-            self._scalars,
-            self._fields,
-            self._probes,
-            self._events,
-            self._upstrokes,
-            self._expulsion,
-            self._stops,
-            *observers,
-        ]
+        self._recorders = Recorders(configuration, self.model)
+        self._observers: list[Observer] = [*self._recorders.all, *observers]
         if progress is not None:
             self._observers.append(Callback(progress))
         self.stopped: str | None = None
@@ -170,7 +135,7 @@ class Simulation:
         if self.stopped is not None:
             raise StoppedRun(
                 f"the run was stopped at t = {self.time:.6g} s ({self.stopped}) and does not go on; "
-                f"{_way_on(self.stopped)}"
+                f"{way_on(self.stopped)}"
             )
         self._target += seconds
         self._advance_to(self._target)
@@ -199,11 +164,11 @@ class Simulation:
         words = ", ".join(
             f"{key} = {value}{' (its protocol ends)' if key in ended else ''}" for key, value in changes.items()
         )
-        self._events.note(self.time, "input_changed", math.nan, words)
+        self._recorders.events.note(self.time, "input_changed", math.nan, words)
 
     def events(self) -> tuple[Event, ...]:
         """What happened so far, in the order of time."""
-        return tuple(sorted(self._events.events, key=lambda event: event.time))
+        return tuple(sorted(self._recorders.events.events, key=lambda event: event.time))
 
     def run(self) -> Result:
         """Advance to the end and return the result; a run that breaks off returns its history and says why."""
@@ -222,7 +187,7 @@ class Simulation:
     def _advance_to(self, target: float) -> None:
         last = math.floor(target / self.model.dt_wall + 1e-9)
         try:
-            with _stop_at_signals() as stopped:
+            with stop_at_signals() as stopped:
                 while self.state.step < last and self.stopped is None:
                     if stopped():
                         raise InterruptedRun(f"interrupted at t = {self.time:.6g} s; the history up to there is kept")
@@ -238,16 +203,7 @@ class Simulation:
 
     def last_state(self) -> bytes:
         """The checkpoint of a run that is stored, without what its result holds: a longer run goes on from it."""
-        parts = self._parts()
-        for name, (observer, hint) in parts.items():
-            match observer:
-                case ScalarRecorder():
-                    parts[name] = (replace(observer, rows=[]), hint)
-                case ProbeRecorder():
-                    parts[name] = (replace(observer, rows=[]), hint)
-                case FieldRecorder():
-                    parts[name] = (replace(observer, steps=[], frames={}), hint)
-        return pack(parts)
+        return pack({name: (without_history(part), hint) for name, (part, hint) in self._parts().items()})
 
     def restore(self, found: Found) -> None:
         """Go on from a checkpoint of the same configuration, or of one that differs in `config.ENDS` alone.
@@ -297,9 +253,7 @@ class Simulation:
         arrays = stored.arrays
         if stored.configuration.digest() != found.head.digest or len(arrays["time_step"]) != found.head.step + 1:
             raise ConfigurationError(f"{shown(str(found.file))} is not of the result beside it; run anew")
-        self._scalars.take_back(arrays)
-        self._probes.take_back(arrays)
-        self._fields.take_back(np.rint(arrays["time"] / self.model.dt_wall).astype(np.int64).tolist(), arrays)
+        self._recorders.take_back(arrays, self.model.dt_wall)
 
     def _end_otherwise(self) -> None:
         """Take conditions of ending that the run did not have so far, as if it had had them from its start."""
@@ -309,16 +263,7 @@ class Simulation:
                 f"run.duration = {run.duration:g} s: the run has come to t = {self.time:.6g} s and is not made "
                 "shorter; give a longer time, or run it anew (--overwrite)"
             )
-        self._expulsion.stop = run.stop_when_expelled
-        self._stops.position, self._stops.when_arrested = run.stop_position, run.stop_when_arrested
-        endings: list[tuple[int, str]] = []
-        if self._expulsion.stop and self._expulsion.way is not None:
-            left = self._expulsion.time if self._expulsion.time is not None else self._expulsion.oral_time
-            assert left is not None
-            endings.append((math.ceil(left / self.model.dt_wall - 1e-9), self._expulsion.way))
-        if self.model.pellet.present:
-            met = self._stops.replayed(self.model.dt_wall, self._scalars.columns()["pellet_position"].tolist())
-            endings += [] if met is None else [met]
+        endings = self._recorders.end_otherwise(run, self.model)
         first = min(endings, default=None, key=lambda ending: ending[0])
         if first is not None and first[0] < last:
             raise ConfigurationError(
@@ -326,8 +271,7 @@ class Simulation:
                 f"({first[1]}), and it has come to t = {self.time:.6g} s; run it anew (--overwrite)"
             )
         if self.stopped is not None and self.stopped.startswith((ANALLY, ORALLY, REACHED, AT_REST)):
-            events = self._events.events
-            self._events.events = [one for one in events if one.kind != "stopped" or one.words != self.stopped]
+            self._recorders.forget_stop(self.stopped)
             self.stopped = None
         if first is not None and self.stopped is None:
             self._stop(first[1])
@@ -382,20 +326,20 @@ class Simulation:
     def _stop(self, reason: str) -> None:
         """The run ends with this step."""
         self.stopped = reason
-        if reason != self._expulsion.way:  # the end that it left by is an event already
-            self._events.note(self.time, "stopped", self.state.pellet.position, reason)
+        if reason != self._recorders.expulsion.way:  # the end that it left by is an event already
+            self._recorders.events.note(self.time, "stopped", self.state.pellet.position, reason)
 
     def result(self) -> Result:
         """The result so far; the run itself is left as it is."""
-        arrays = self._arrays()
+        arrays = self._recorders.arrays(self.model, self.state, self._violation() is None, self.events())
         cost = {"solver_wall_s": self._solver_seconds, "compile_wall_s": self.compile_seconds}
         summary = summarise(
             self.configuration,
             arrays,
             self._status(arrays),
             self.error,
-            self._expulsion,
-            self._scalars.absolute_work,
+            self._recorders.expulsion,
+            self._recorders.scalars.absolute_work,
             cost,
         )
         found = [
@@ -409,51 +353,13 @@ class Simulation:
             return self.failure.status
         if not self.configuration.pellet.enabled:
             return "finished"
-        if self._expulsion.way is not None:
-            return self._expulsion.way
+        if self._recorders.expulsion.way is not None:
+            return self._recorders.expulsion.way
         time, position = arrays["time_step"], arrays["pellet_position"]
         if time[-1] < ARREST_WINDOW:
             return "in_transit"
         moved = position[-1] - float(np.interp(time[-1] - ARREST_WINDOW, time, position))
         return "arrested" if abs(moved) < ARREST_TRAVEL else "in_transit"
-
-    def _arrays(self) -> dict[str, Any]:
-        grid, dt = self.model.grid, self.model.dt_wall
-        acceptable = self._violation() is None
-        steps, frames = self._fields.recorded(self.model, self.state if acceptable else None)
-        arrays: dict[str, Any] = {
-            "time": np.array(steps) * dt,
-            "time_step": np.arange(len(self._scalars.rows)) * dt,
-            "z": grid.nodes.copy(),
-            "z_cell": grid.cells.copy(),
-            "theta": grid.columns.copy(),
-            "theta_cell": grid.cell_columns.copy(),
-            "probe": grid.cells[self._probes.cells],
-        }
-        once = tuple(output.name for output in ACTIVATION)
-        arrays |= dict(zip(once, read_off(once, Moment(self.model, self.state)), strict=True))
-        arrays |= {name: np.stack(stored) for name, stored in frames.items()}
-        arrays |= self._scalars.columns()
-        arrays |= self._probes.columns()
-        arrays |= wave_columns(self._upstrokes.waves(grid.cells))
-        events = self.events()
-        for output in EVENTS:
-            found = [output.value(event) for event in events if output.value is not None]
-            arrays[output.name] = np.array(found, dtype=float if output.unit else object)
-        return arrays
-
-
-_WAYS_ON = (
-    ("expelled", "set run.stop_when_expelled = false beforehand for one that does"),
-    ("the pellet has reached", "set run.stop_position farther on beforehand for one that does"),
-    ("the pellet has come to rest", "set run.stop_when_arrested = false beforehand for one that does"),
-)
-
-
-def _way_on(reason: str) -> str:
-    """What to set for a run that is not stopped for this reason."""
-    ways = [way for begins, way in _WAYS_ON if reason.startswith(begins)]
-    return ways[0] if ways else "an observer stopped it; take it out for one that does"
 
 
 @dataclass(frozen=True)
@@ -471,22 +377,3 @@ def _hash_of_start(model: Model, state: State) -> str:
     lumen = (model.lumen.reference_volume, float)
     content = pack({"state": (state, State), "free radius": (model.free_radius, np.ndarray), "V0": lumen})
     return hashlib.sha256(content).hexdigest()
-
-
-@contextmanager
-def _stop_at_signals() -> Iterator[Callable[[], bool]]:
-    """Turn Ctrl-C and SIGTERM into a stop between two steps; outside the main thread, leave signals alone."""
-    asked: list[int] = []
-    if threading.current_thread() is not threading.main_thread():
-        yield lambda: False
-        return
-
-    def note(number: int, frame: object) -> None:
-        asked.append(number)
-
-    kept = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield lambda: bool(asked)
-    finally:
-        for number, handler in kept.items():
-            signal.signal(number, handler)

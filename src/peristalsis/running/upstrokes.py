@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ..control.pacemaker import SourceState
 from ..control.pulses import Pulse
 from ..model.model import Model
+from ..model.report import StepReport
 from ..model.state import State
-from ..model.step import StepReport
 from ..names import WAVES
 from ..results.waves import CONDUCTED, SPONTANEOUS, STIMULATED, Wave, waves
 

@@ -33,12 +33,12 @@ def compile_tissue() -> None:
     """Compile what a step takes besides the wall's equilibrium: kernels of the sheets, of balances and of records."""
     from ..inputs.build import build
     from ..model.initial import straight_state
-    from ..model.step import advance_tissue
+    from ..model.step import advance_sheets
     from .observers import FieldRecorder, ScalarRecorder
 
     model = build(_tiny({}))
     state = straight_state(model)
-    advance_tissue(model, state)
+    advance_sheets(model, state)
     for recorder in (ScalarRecorder(), FieldRecorder(1)):
         recorder.start(model, state)
 

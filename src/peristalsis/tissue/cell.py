@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..numerics.binding import SHIPPED, Binding, bind
+from .records import Tables
 
 Floats = NDArray[np.float64]
 
@@ -83,9 +84,9 @@ class Cell:
         """Largest potential for which it is defined [mV]."""
         return float(self.kernels.TABLE_HIGH)
 
-    def tables(self, dt: float, constants: Any) -> tuple[Floats, Floats]:
+    def tables(self, dt: float, constants: Any) -> Tables:
         """Its tables for a whole and a half step of dt [ms]."""
-        return self.kernels.gate_table(dt, constants), self.kernels.gate_table(0.5 * dt, constants)
+        return Tables(self.kernels.gate_table(dt, constants), self.kernels.gate_table(0.5 * dt, constants))
 
     def inhibition(self, constants: Any) -> float:
         """Potential towards which inhibiting nerves pull it [mV]."""

@@ -13,6 +13,7 @@ import numpy as np
 from ..numerics.compiled import compiled
 from .cells import plant as cell
 from .cells.plant import CellConstants
+from .records import Rates
 from .sheet import first_stage, note_activations
 
 HEUN_LIMIT = 2.0
@@ -88,7 +89,7 @@ def excite(
             cell.respond(v, table, exact, constants, instant, 0, n)
         if conducts:
             three_point(v, sheet.spread, stretch, spread)
-        first_stage(v, spread, instant, held, part, constants, 1.0, 0, n, rate_0, new)
+        first_stage(v, Rates(spread, instant, held), part, constants, 1.0, 0, n, rate_0, new)
         bad = cell.out_of_range(new)
         if bad >= 0:
             return bad

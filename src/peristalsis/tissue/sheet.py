@@ -18,6 +18,7 @@ from ..numerics.compiled import INDEX, compiled
 from .cells import plant as cell
 from .cells.plant import CellConstants
 from .conduction import diffuse_rings, fill_ghosts
+from .records import Brought, Rates, SheetArrays, Stages, Steps, Tables
 
 QUIET_POTENTIAL, QUIET_GATE = 1e-9, 1e-11
 """Changes in a step [mV], and of a gate in half of one, below which a cell counts as resting."""
@@ -30,9 +31,7 @@ MARGIN = 8
 @compiled
 def first_stage(
     v: np.ndarray,
-    spread: np.ndarray,
-    instant: np.ndarray,
-    held: np.ndarray,
+    rates: Rates,
     dt: float,
     constants: CellConstants,
     weight: float,
@@ -43,10 +42,10 @@ def first_stage(
 ) -> None:
     """Stage 1 of the step: its change dt*F(V) [mV] into `rate_0`, its potential into `new`, cells low...high - 1.
 
-    spread: conduction at v [mV/ms]; instant: of the cell at v; held: by `cell.hold`; weight: mu~ of
-    `numerics.stabilised`.
+    rates: at v; held: by `cell.hold`; weight: mu~ of `numerics.stabilised`.
     """
     low, high = low & INDEX, high & INDEX
+    spread, instant, held = rates.spread, rates.instant, rates.held
     for k in range(low, high):
         x = v[k]
         rate = cell.with_current(dt * spread[k], x, held, instant, k, constants)
@@ -56,12 +55,8 @@ def first_stage(
 
 @compiled
 def next_stage(
-    v: np.ndarray,
-    last: np.ndarray,
-    older: np.ndarray,
-    spread: np.ndarray,
-    instant: np.ndarray,
-    held: np.ndarray,
+    stages: Stages,
+    rates: Rates,
     dt: float,
     constants: CellConstants,
     weights: np.ndarray,
@@ -70,11 +65,10 @@ def next_stage(
     rate_0: np.ndarray,
     new: np.ndarray,
 ) -> None:
-    """A later stage, from the start `v`, the stage before (`last`) and the one before that (`older`).
-
-    spread and instant belong to `last`; weights: a row of `numerics.stabilised`.
-    """
+    """A later stage; rates belong to the stage before, weights are a row of `numerics.stabilised`."""
     low, high = low & INDEX, high & INDEX
+    v, last, older = stages.start, stages.last, stages.older
+    spread, instant, held = rates.spread, rates.instant, rates.held
     mu, nu, mu_rate, gamma_rate = weights[0], weights[1], weights[2], weights[3]
     start = 1.0 - mu - nu
     for k in range(low, high):
@@ -132,34 +126,25 @@ def restless(
 
 @compiled
 def advance_sheet(
-    potential: np.ndarray,
-    gates: np.ndarray,
-    first_activation: np.ndarray,
-    last_activation: np.ndarray,
+    sheet: SheetArrays,
     conductances: np.ndarray,
     coefficient: np.ndarray,
-    drive: np.ndarray,
-    shunt: np.ndarray,
-    n_theta: int,
-    time: float,
-    dt: float,
-    n_steps: int,
+    brought: Brought,
+    steps: Steps,
     stages: np.ndarray,
-    table: np.ndarray,
-    half_table: np.ndarray,
-    exact: bool,
-    activation_level: float,
+    tables: Tables,
     constants: CellConstants,
 ) -> int:
-    """Advance one sheet in place by n_steps of dt [ms] from `time` [ms]; -1, or the first cell out of range.
+    """Advance one sheet in place; -1, or the first cell out of range.
 
-    potential [mV], first_activation and last_activation [ms] (rise through `activation_level`, nan before): size
-    n_z*n_theta, flattened (z, theta). gates: (4, n). conductances [mS/cm^2]: (5, n). coefficient: see
-    `conduction.diffuse`, in 1/ms. drive: stimulus current [uA/cm^2], inward positive, and shunt: extra
-    conductance [mS/cm^2], whose current at 0 mV is part of the drive; both held over the call. stages: coefficients
-    of `numerics.stabilised`, (s, 4), enough of them for dt. exact: no tables, and no cell waits; nor
-    does one where cells do not conduct.
+    conductances [mS/cm^2]: (channels, n). coefficient: see `conduction.diffuse`, in 1/ms; where cells do not conduct
+    it is empty, and none waits. stages: coefficients of `numerics.stabilised`, (s, 4), enough of them for dt.
     """
+    potential, gates = sheet.potential, sheet.gates
+    first_activation, last_activation = sheet.first_activation, sheet.last_activation
+    drive, shunt = brought.drive, brought.shunt
+    time, dt, n_steps, n_theta, exact = steps.time, steps.dt, steps.n_steps, steps.n_theta, steps.exact
+    table, half_table = tables.whole, tables.half
     size = potential.size
     ghosts = 2 * n_theta
     padded = np.empty((3, size + 2 * ghosts))
@@ -167,6 +152,7 @@ def advance_sheet(
     v = potential.copy()
     flux, spread = np.zeros(size + 3 * n_theta), np.zeros(size)
     rate_0, instant, held = np.empty(size), np.empty((cell.INSTANT, size)), np.empty((cell.HELD, size))
+    rates = Rates(spread, instant, held)
     conducts = coefficient.size == size - n_theta and size > n_theta
     low, high = 0, size
     bad = cell.first_outside(v, low, high)
@@ -191,10 +177,11 @@ def advance_sheet(
                 fill_ghosts(padded[j % 3], n_theta)
                 diffuse_rings(padded[j % 3], coefficient, flux, spread, n_theta, low, high)
             if j == 0:
-                first_stage(v, spread, instant, held, dt, constants, stages[0, 2], low, high, rate_0, new)
+                first_stage(v, rates, dt, constants, stages[0, 2], low, high, rate_0, new)
             else:
                 older = inside[(j + 2) % 3]
-                next_stage(v, last, older, spread, instant, held, dt, constants, stages[j], low, high, rate_0, new)
+                past = Stages(v, last, older)
+                next_stage(past, rates, dt, constants, stages[j], low, high, rate_0, new)
             if j == 0 and review:
                 low, high = restless(rate_0, gates, gates_before, step == 0, n_theta)
                 # What waits keeps its potential in every stage.
@@ -205,7 +192,7 @@ def advance_sheet(
         bad = cell.first_outside(new, low, high)
         if bad >= 0:
             return bad
-        note_activations(v, new, activation_level, time, step, dt, low, high, first_activation, last_activation)
+        note_activations(v, new, steps.level, time, step, dt, low, high, first_activation, last_activation)
         whole = step < n_steps - 1
         relaxing, span = (table, dt) if whole else (half_table, 0.5 * dt)
         cell.relax_cells(v, gates, relaxing, exact, span, constants, instant, conductances, low, high)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from .cells import plant as cell
 from .cells.plant import CellConstants
+from .records import Brought, Rates, SheetArrays, Stages, Steps, Tables
 from .sheet import REVIEW, first_stage, next_stage, note_activations, restless
 from .surface import SurfaceOperator
 
@@ -14,31 +15,26 @@ Floats = NDArray[np.float64]
 
 
 def advance_surface_sheet(
-    potential: Floats,
-    gates: Floats,
-    first_activation: Floats,
-    last_activation: Floats,
+    sheet: SheetArrays,
     conductances: Floats,
     operator: SurfaceOperator | None,
-    drive: Floats,
-    shunt: Floats,
-    time: float,
-    dt: float,
-    n_steps: int,
+    brought: Brought,
+    steps: Steps,
     stages: Floats,
-    table: Floats,
-    half_table: Floats,
-    exact: bool,
-    activation_level: float,
+    tables: Tables,
     constants: CellConstants,
 ) -> int:
-    """Advance one sheet in place by n_steps of dt [ms] from `time` [ms]; -1, or the first cell out of range.
+    """Advance one sheet in place; -1, or the first cell out of range.
 
-    Arguments as for `sheet.advance_sheet`, flattened (z, theta), with an operator in place of the coefficients
-    (None where cells do not conduct).
+    Arguments as for `sheet.advance_sheet`, with an operator in place of the coefficients (None where cells do not
+    conduct), which knows its rings.
     On fields without variation around the ring each column does what `advance_sheet` does, bit for bit.
     Raises `bidomain.EllipticError` where the extracellular potential is not found.
     """
+    potential, gates, first_activation, last_activation = sheet
+    drive, shunt = brought
+    table, half_table = tables
+    time, dt, n_steps, exact = steps.time, steps.dt, steps.n_steps, steps.exact
     size = potential.size
     ring = 0 if operator is None else 2 * operator.shape[1]
     if operator is not None and operator.shape[0] * operator.shape[1] != size:
@@ -50,6 +46,7 @@ def advance_surface_sheet(
     v = potential.copy()
     spread, rate_0 = np.zeros(size), np.empty(size)
     instant, held = np.empty((cell.INSTANT, size)), np.empty((cell.HELD, size))
+    rates = Rates(spread, instant, held)
     low, high = 0, size
     bad = cell.out_of_range(v)
     if bad >= 0:
@@ -72,10 +69,11 @@ def advance_surface_sheet(
             if operator is not None:
                 operator.apply(padded[j % 3], spread)
             if j == 0:
-                first_stage(v, spread, instant, held, dt, constants, stages[0, 2], low, high, rate_0, new)
+                first_stage(v, rates, dt, constants, stages[0, 2], low, high, rate_0, new)
             else:
                 older = inside[(j + 2) % 3]
-                next_stage(v, last, older, spread, instant, held, dt, constants, stages[j], low, high, rate_0, new)
+                past = Stages(v, last, older)
+                next_stage(past, rates, dt, constants, stages[j], low, high, rate_0, new)
             if j == 0 and review and operator is not None:
                 low, high = restless(rate_0, gates, gates_before, step == 0, operator.shape[1])
                 # What waits keeps its potential in every stage.
@@ -84,7 +82,7 @@ def advance_surface_sheet(
         bad = cell.first_outside(new, low, high)
         if bad >= 0:
             return int(bad)
-        note_activations(v, new, activation_level, time, step, dt, low, high, first_activation, last_activation)
+        note_activations(v, new, steps.level, time, step, dt, low, high, first_activation, last_activation)
         whole = step < n_steps - 1
         relaxing, span = (table, dt) if whole else (half_table, 0.5 * dt)
         cell.relax_cells(v, gates, relaxing, exact, span, constants, instant, conductances, low, high)

@@ -1,43 +1,31 @@
-"""A wall step by the explicit scheme: from a state to the arrays of `explicit_kernel` and back, Eqs. (53)-(57).
+"""A wall step by the explicit scheme: from a state to the arrays of `kernel` and back, Eqs. (53)-(57).
 
-What the state keeps between wall steps: `velocity` is that of now, `velocity_before` that of half a micro-step ago,
-`position_before` the place a micro-step ago, `step_before` the micro-step. The acceleration follows from them.
+Between wall steps the state keeps `MicroStep` besides: the acceleration of now follows from it.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import DivergenceError
-from ..tissue.explicit_sheet import Excitable
-from .explicit_kernel import CIRCULAR, DONE, LONGITUDINAL, STRETCH, Kinetics, Laws, Plan, Shell, Ways, march
-from .explicit_limits import Limits, conduction_limit, limits
-from .friction import dry_friction_now, sliding_speed
-from .model import ACTIVATION_LEVEL, Layer, Model
-from .state import PelletState, SheetState, State, WallState
+from ...errors import DivergenceError
+from ...tissue.explicit_sheet import Excitable
+from ..friction import dry_friction_now, sliding_speed
+from ..model import ACTIVATION_LEVEL, Layer, Model
+from ..report import StepReport
+from ..state import MicroStep, PelletState, SheetState, State, WallState
+from ..stimulation import Stimuli, Stimulus
+from .kernel import CIRCULAR, DONE, LONGITUDINAL, STRETCH, Kinetics, Laws, Plan, Shell, Ways, march
+from .limits import Limits, conduction_limit, limits
 
 Floats = NDArray[np.float64]
 
 
-class Stimulus(Protocol):
-    """What is brought to the cells of a layer over a step: current [uA/cm^2] and conductance [mS/cm^2]."""
-
-    @property
-    def current(self) -> Floats:
-        """Current at 0 mV, inward positive, (n_z, 1)."""
-
-    @property
-    def conductance(self) -> Floats:
-        """Conductance, (n_z, 1)."""
-
-
-def march_explicitly(model: Model, state: State, to_longitudinal: Stimulus, to_circular: Stimulus) -> tuple[State, int]:
-    """Sheets, wall, pellet and pressure one wall step later, and the number of micro-steps.
+def march_explicitly(model: Model, state: State, stimuli: Stimuli) -> tuple[State, StepReport]:
+    """Sheets, wall, pellet and pressure one wall step later; assemblies are micro-steps.
 
     Raises DivergenceError naming field, place, time and limits when anything leaves its range.
     """
@@ -55,10 +43,10 @@ def march_explicitly(model: Model, state: State, to_longitudinal: Stimulus, to_c
             f"{1e3 * allowed.shell:.4g} ms for the wall as it is now ({allowed.words()}); lower step.explicit, or 0 to "
             "have it follow the limit"
         )
-    longitudinal = _excitable(model, model.longitudinal, state, state.longitudinal, to_longitudinal)
-    circular = _excitable(model, model.circular, state, state.circular, to_circular)
+    longitudinal = _excitable(model, model.longitudinal, state, state.longitudinal, stimuli.longitudinal)
+    circular = _excitable(model, model.circular, state, state.circular, stimuli.circular)
     shell = _shell(model, state)
-    begun = state.wall.step_before > 0.0
+    begun = state.micro_step
     code, cell, made = march(
         longitudinal,
         circular,
@@ -71,8 +59,8 @@ def march_explicitly(model: Model, state: State, to_longitudinal: Stimulus, to_c
             dt,
             micro,
             model.substeps,
-            0.5 * (state.wall.step_before + dt) if begun else 0.5 * dt,
-            not begun,
+            0.5 * (begun.length + dt) if begun is not None else 0.5 * dt,
+            begun is None,
             scheme.predicted,
         ),
     )
@@ -83,18 +71,19 @@ def march_explicitly(model: Model, state: State, to_longitudinal: Stimulus, to_c
         step=state.step + 1,
         longitudinal=_sheet(longitudinal, state.longitudinal),
         circular=_sheet(circular, state.circular),
-        wall=_wall(state.wall, shell, dt),
+        wall=_wall(model, state.wall, shell, dt),
         pellet=_pellet(model, shell),
         pressure=float(shell.pressure[0]),
+        micro_step=MicroStep(_spatial(shell.rate), dt),
     )
-    return after, made
+    return after, StepReport(0, made, 1)
 
 
-def explicit_acceleration(wall: WallState) -> Floats:
+def explicit_acceleration(state: State) -> Floats:
     """Acceleration of the nodes now [cm/s^2], in the shape of their places; zero before the first step."""
-    if wall.step_before == 0.0:
-        return np.zeros_like(wall.velocity)
-    return np.asarray(2.0 / wall.step_before * (wall.velocity - wall.velocity_before))
+    if state.micro_step is None:
+        return np.zeros_like(state.wall.velocity)
+    return np.asarray(2.0 / state.micro_step.length * (state.wall.velocity - state.micro_step.rate))
 
 
 def contact_energy(model: Model, wall: WallState) -> float:
@@ -139,8 +128,8 @@ def _shell(model: Model, state: State) -> Shell:
 
     return Shell(
         plane(wall.position),
-        plane(wall.velocity_before if wall.step_before > 0.0 else wall.velocity),
-        plane(explicit_acceleration(wall)),
+        plane(wall.velocity if state.micro_step is None else state.micro_step.rate),
+        plane(explicit_acceleration(state)),
         wall.contact[:, 0].copy(),
         wall.stretch_rate[:, 0].copy(),
         wall.hoop_rate[:, 0].copy(),
@@ -160,23 +149,24 @@ def _sheet(sheet: Excitable, before: SheetState) -> SheetState:
     )
 
 
-def _wall(before: WallState, shell: Shell, dt: float) -> WallState:
-    def spatial(plane: Floats, angle: Floats | float = 0.0) -> Floats:
-        nodes = np.empty((plane.shape[1], 1, 3))
-        nodes[:, 0, 0], nodes[:, 0, 1], nodes[:, 0, 2] = plane[0], angle, plane[1]
-        return nodes
+def _spatial(plane: Floats, angle: Floats | float = 0.0) -> Floats:
+    """Nodes (n, 1, 3) from their rho and zeta, (2, n)."""
+    nodes = np.empty((plane.shape[1], 1, 3))
+    nodes[:, 0, 0], nodes[:, 0, 1], nodes[:, 0, 2] = plane[0], angle, plane[1]
+    return nodes
 
-    angle = before.position[:, 0, 1]
+
+def _wall(model: Model, before: WallState, shell: Shell, dt: float) -> WallState:
     return WallState(
-        position=spatial(shell.place, angle),
-        position_before=spatial(shell.place - dt * shell.rate, angle),
-        velocity=spatial(shell.rate + 0.5 * dt * shell.acceleration),
-        velocity_before=spatial(shell.rate),
+        position=_spatial(shell.place, before.position[:, 0, 1]),
+        position_before=before.position,
+        velocity=_spatial(shell.rate + 0.5 * dt * shell.acceleration),
+        velocity_before=before.velocity,
         contact=shell.density[:, None],
         stretch_rate=shell.stretch_rate[:, None],
         hoop_rate=shell.hoop_rate[:, None],
         drive=shell.drive[:, :, None],
-        step_before=dt,
+        step_before=model.dt_wall,
     )
 
 

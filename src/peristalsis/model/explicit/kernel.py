@@ -11,17 +11,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.tube import lumen_volume
-from ..numerics.compiled import compiled
-from ..numerics.transfer import Overlap, average
-from ..pellet.friction import FrictionLaw, dry_friction, held_by_ends, pressed_part, sliding_velocity
-from ..pellet.penalty import penalty_contact
-from ..tissue.cells import plant as cell
-from ..tissue.cells.plant import CellConstants
-from ..tissue.explicit_sheet import Excitable, excite
-from ..wall.constants import WallConstants
-from ..wall.explicit import INSIDE, add_bending_forces, add_pressure_forces, add_tension_forces
-from .equilibrium import LumenConstants, PelletConstants
+from ...geometry.tube import lumen_volume
+from ...numerics.compiled import compiled
+from ...numerics.transfer import Overlap, average
+from ...pellet.friction import FrictionLaw, dry_friction, held_by_ends, pressed_part, sliding_velocity
+from ...pellet.penalty import penalty_contact
+from ...tissue.cells import plant as cell
+from ...tissue.cells.plant import CellConstants
+from ...tissue.explicit_sheet import Excitable, excite
+from ...wall.constants import WallConstants
+from ...wall.explicit import INSIDE, add_bending_forces, add_pressure_forces, add_tension_forces
+from ..equilibrium import LumenConstants, PelletConstants
 
 DONE, LONGITUDINAL, CIRCULAR, STRETCH, VOLUME = range(5)
 """How `march` ends: well, or at what went out of range."""

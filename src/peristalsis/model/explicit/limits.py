@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..pellet.body import require_shape
-from ..pellet.shapes.sphere import gap_and_normal
-from ..tissue.explicit_sheet import HEUN_LIMIT
-from ..wall.explicit import largest_rates
-from .fields import column, stretch_of_elements
-from .model import Layer, Model
-from .state import State
+from ...pellet.body import require_shape
+from ...pellet.shapes.sphere import gap_and_normal
+from ...tissue.explicit_sheet import HEUN_LIMIT
+from ...wall.explicit import largest_rates
+from ..fields import column, stretch_of_elements
+from ..model import Layer, Model
+from ..state import State
 
 
 class Limits(NamedTuple):
