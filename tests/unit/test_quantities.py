@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
+from peristalsis.inputs.config import Configuration
+from peristalsis.inputs.shape import shape_of
 from peristalsis.results import quantities as q
 
 TIME = np.linspace(0.0, 2.0, 2001)
+SPHERE = shape_of(Configuration().with_changes({"pellet.radius": "9 mm"}))
 PLACE = np.linspace(0.0, 1.0, 201)
 
 
@@ -70,9 +73,9 @@ def test_content_upstream_of_a_straight_tube_is_the_place() -> None:
 def test_the_pellet_is_not_content() -> None:
     """Upstream of the middle of a tube lies half of the content, wherever half of the pellet lies there too."""
     axial = np.linspace(0.0, 10.0, 1001)[None]
-    share = q.content_upstream(np.ones_like(axial), axial, np.array([5.0]), 0.9)
+    share = q.content_upstream(np.ones_like(axial), axial, np.array([5.0]), SPHERE.volume_oral_of)
     assert share[0, 500] == pytest.approx(0.5, abs=1e-9)
-    behind = q.content_upstream(np.ones_like(axial), axial, np.array([2.0]), 0.9)
+    behind = q.content_upstream(np.ones_like(axial), axial, np.array([2.0]), SPHERE.volume_oral_of)
     tube, pellet = np.pi * 10.0, 4.0 / 3.0 * np.pi * 0.9**3
     assert behind[0, 500] == pytest.approx((0.5 * tube - pellet) / (tube - pellet), rel=1e-6)
 

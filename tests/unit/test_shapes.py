@@ -5,6 +5,7 @@ A new file in the folder is tested by being there; numbers besides its own stand
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -13,8 +14,8 @@ import pytest
 from numpy.typing import NDArray
 
 from peristalsis.inputs.parts import find, parts
-from peristalsis.inputs.shape import NEEDED, SLOT
-from peristalsis.numerics.binding import bind
+from peristalsis.inputs.shape import NEEDED, SLOT, PelletShape
+from peristalsis.numerics.binding import SHIPPED, bind
 from peristalsis.pellet.shapes import capsule, sphere, spheroid, stool
 
 Floats = NDArray[np.float64]
@@ -218,3 +219,23 @@ def test_contact_in_space_turns_about_both_curvatures(name: str, size: tuple[flo
         assert (ahead.gap[3, 2] - behind.gap[3, 2]) / (2.0 * STEP) == pytest.approx(n[k], abs=1e-8)
         difference = (ahead.normal[3, :, 2] - behind.normal[3, :, 2]) / (2.0 * STEP)
         assert difference == pytest.approx(turning[k], abs=1e-7)
+
+
+def test_volume_oral_of_a_place_sums_up_to_the_volume(body: tuple[ModuleType, Any]) -> None:
+    """Nothing lies oral of the oral pole, half of it oral of the middle, all of it oral of the anal pole."""
+    shape, constants = body
+    binding = bind({SLOT: Path(str(shape.__file__))})
+    pellet = PelletShape("any", binding, constants)
+    oral, middle, anal, beyond = pellet.volume_oral_of(
+        np.array([-pellet.oral, 0.5 * (pellet.anal - pellet.oral), pellet.anal, 2.0 * pellet.anal])
+    )
+    assert oral == 0.0
+    assert anal == beyond == pytest.approx(pellet.volume, rel=2e-4)
+    assert middle == pytest.approx(0.5 * anal, rel=1e-9)
+
+
+def test_volume_oral_of_a_place_is_that_of_a_cap() -> None:
+    """pi h^2 (R - h/3) for a sphere, to rounding."""
+    pellet = PelletShape("sphere", SHIPPED, sphere.ShapeConstants(0.9))
+    height = np.linspace(0.0, 1.8, 37)
+    assert pellet.volume_oral_of(height - 0.9) == pytest.approx(np.pi * height**2 * (0.9 - height / 3.0), abs=1e-13)

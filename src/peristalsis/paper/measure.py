@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..inputs.shape import shape_of
 from ..many.rows import CODE
 from ..results import quantities
 from ..results.result import json_ready
@@ -74,7 +75,7 @@ def _of_pellet(simulation: Simulation, result: Result) -> dict[str, Any]:
     )
     radius, axial = arrays["radius"][:, :, 0], arrays["axial_position"][:, :, 0]
     pellet = result.configuration.pellet.radius
-    upstream = quantities.content_upstream(radius, axial, centre, pellet)
+    upstream = quantities.content_upstream(radius, axial, centre, shape_of(result.configuration).volume_oral_of)
     free = simulation.model.free_radius
     return {
         "irregularity": quantities.irregularity(

@@ -17,6 +17,7 @@ the number is about the fluid around it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -138,20 +139,24 @@ def libration(position: Floats, least: float = 0.001) -> float | None:
     return 0.5 * float(np.minimum(swings[:-1], swings[1:]).max())
 
 
-def content_upstream(radius: Floats, axial: Floats, centre: Floats | None = None, pellet_radius: float = 0.0) -> Floats:
+def content_upstream(
+    radius: Floats,
+    axial: Floats,
+    centre: Floats | None = None,
+    displaced: Callable[[Floats], Floats] | None = None,
+) -> Floats:
     """Share of the content upstream of each wall node [1], shape (n_time, n_z): 0 at the oral, 1 at the anal end.
 
     nan at times at which the lumen holds nothing.
 
     radius, axial: of the wall nodes [cm], (n_time, n_z). centre: of the pellet [cm], (n_time,), or None.
-    pellet_radius: of a sphere [cm].
+    displaced: volume of the pellet [cm^3] oral of a distance from its centre [cm], as `PelletShape.volume_oral_of`.
     """
     inner = radius[:, 1:] ** 2 + radius[:, 1:] * radius[:, :-1] + radius[:, :-1] ** 2
     slices = np.pi / 3.0 * np.diff(axial, axis=1) * inner
     volume = np.concatenate([np.zeros((len(radius), 1)), np.cumsum(slices, axis=1)], axis=1)
-    if centre is not None and pellet_radius > 0.0:
-        height = np.clip(axial - (centre[:, None] - pellet_radius), 0.0, 2.0 * pellet_radius)
-        volume = volume - np.pi * height**2 * (pellet_radius - height / 3.0)
+    if centre is not None and displaced is not None:
+        volume = volume - displaced(axial - centre[:, None])
     volume = np.maximum.accumulate(np.maximum(volume, 0.0), axis=1)
     whole = np.where(volume[:, -1:] > 0.0, volume[:, -1:], np.nan)
     share: Floats = np.minimum(volume / whole, 1.0)
