@@ -110,7 +110,7 @@ def run_(
 
     The folder holds result.nc (every output with its unit), summary.json, config.toml and pictures. It
     appears complete or not at all. A run that diverges or is interrupted stores its history up to there. Checkpoints
-    are written on the way: after a kill or a crash, --resume goes on from the last one, to the same bits.
+    are written on the way: after a kill or a crash, --resume goes on from the last one; the result is bit-identical.
     """
     from .running import Order, run
 

@@ -107,7 +107,7 @@ def _check_grid(config: Configuration) -> None:
     columns = grid.conduction_columns
     if 1 < grid.n_theta < FEWEST_COLUMNS:
         fix = f"use 1 (axisymmetric) or at least {FEWEST_COLUMNS}"
-        _refuse("grid.n_theta", str(grid.n_theta), "so few columns make no ring", fix)
+        _refuse("grid.n_theta", str(grid.n_theta), "too few columns for a ring", fix)
     if columns % grid.n_theta != 0 or (grid.n_theta == 1 and columns != 1):
         cause, fix = "grid.n_theta = 1 is the axisymmetric model", "use 0, or more columns of wall"
         if grid.n_theta > 1:
