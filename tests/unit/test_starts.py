@@ -14,11 +14,11 @@ from peristalsis.errors import DivergenceError
 from peristalsis.inputs.build import build
 from peristalsis.inputs.config import Configuration
 from peristalsis.model import inflation
-from peristalsis.model.equilibrium import KNOWN
 from peristalsis.model.fields import corner_tensions, nodal_tensions
 from peristalsis.model.guards import advance_safely, violation
 from peristalsis.model.initial import initial_state
 from peristalsis.model.model import Model
+from peristalsis.model.problem import KNOWN
 from peristalsis.model.rounding import force_rounding
 from peristalsis.model.state import State
 from peristalsis.numerics.roots import find_root

@@ -11,7 +11,6 @@ import pytest
 from numpy.typing import NDArray
 
 from peristalsis.model import surface_equilibrium, surface_step
-from peristalsis.model.equilibrium import CONVERGED, NOT_CONVERGED, OUT_OF_RANGE, SINGULAR
 from peristalsis.model.surface_equilibrium import (
     SurfaceProblem,
     SurfaceVerdict,
@@ -21,6 +20,7 @@ from peristalsis.model.surface_equilibrium import (
     solve_surface,
 )
 from peristalsis.model.surface_step import kinematics, try_surface_wall
+from peristalsis.model.verdicts import CONVERGED, NOT_CONVERGED, OUT_OF_RANGE, SINGULAR, Verdict
 from peristalsis.wall.constants import SurfaceConstants
 from verification.exact.runs import started
 from verification.exact.surface_wall import widened
@@ -189,9 +189,9 @@ def test_mean_that_has_no_equilibrium_leaves_the_guess(monkeypatch: pytest.Monke
     _, alone = try_surface_wall(*words, mean_first=False)
     real = surface_step.solve_equilibrium
 
-    def given_up(*arguments: Any) -> tuple[int, int, int]:
+    def given_up(*arguments: Any) -> Verdict:
         real(*arguments)  # what it leaves in its arrays must not be used
-        return NOT_CONVERGED, 9, 9
+        return Verdict(NOT_CONVERGED, 9, 9, 1.0)
 
     monkeypatch.setattr(surface_step, "solve_equilibrium", given_up)
     _, found = try_surface_wall(*words)

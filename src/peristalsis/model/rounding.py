@@ -14,10 +14,17 @@ import numpy as np
 from ..numerics.compiled import INDEX, compiled
 from ..wall.assembly import FORCE_R, FORCE_Z, LEFT, RIGHT_CORNER, STRETCH, VOLUME_R, VOLUME_Z
 from ..wall.constants import WallConstants
+from .problem import GAP, TOUCHES, Problem, Unknowns
+from .residual import Balance
+from .verdicts import GAP_SCALE, ROUNDOFF, TENSION_SCALE
 
 UNIT_ROUNDOFF = 2.0**-53
 ALLOWANCE = 2.0
 """Residuals up to this times the estimate count as rounding: once for the places, once for the sums of the forces."""
+SCALAR_ROUNDING = 1e-13
+"""Share of pressure and axial force that the rounding of the sums they follow from may take."""
+LARGEST_ROUNDING = 1e-3
+"""Rounding of the forces above this residual is no state of rest: of tensions beyond 1e9 mN/cm or so."""
 
 
 @compiled
@@ -49,17 +56,31 @@ def force_rounding(
 
 
 @compiled
-def at_rounding(
-    rho: np.ndarray,
-    zeta: np.ndarray,
-    density: np.ndarray,
-    pressure: float,
-    slope: float,
-    wall: WallConstants,
-    tolerance: float,
-    work: np.ndarray,
-) -> bool:
-    """Whether the residual forces of all inner nodes are below `tolerance` [mN/cm] or no more than rounding."""
+def _rest_is_closed(unknowns: Unknowns, problem: Problem, now: Balance, work: np.ndarray) -> bool:
+    """Whether scalars, gaps and densities are within tolerance or rounding, so that forces alone are left over."""
+    density, scalars = unknowns.density, unknowns.scalars
+    tolerance, radius = problem.limits.tolerance, problem.wall.radius
+    n = density.size
+    apart = abs(now.pressure) > max(tolerance * TENSION_SCALE / radius, SCALAR_ROUNDING * abs(now.law))
+    force_unit = problem.circumference * TENSION_SCALE
+    apart = apart or abs(now.force) > max(tolerance * force_unit, SCALAR_ROUNDING * abs(scalars[2]))
+    centre_rounding = ROUNDOFF * max(abs(scalars[1]), unknowns.zeta[n - 1])
+    apart = apart or abs(now.centre) > max(tolerance * TENSION_SCALE / GAP_SCALE, centre_rounding)
+    for i in range(min(1, n), n - 1):
+        if work[TOUCHES, i] != 0.0:
+            apart = apart or abs(work[GAP, i]) > max(problem.limits.gap_tolerance, centre_rounding)
+        else:
+            apart = apart or abs(density[i]) * radius > tolerance * TENSION_SCALE
+    return not apart
+
+
+@compiled
+def at_rounding(unknowns: Unknowns, problem: Problem, now: Balance, work: np.ndarray) -> bool:
+    """Whether what is left of all residuals is below the tolerance or no more than rounding."""
+    if now.worst >= LARGEST_ROUNDING or not _rest_is_closed(unknowns, problem, now, work):
+        return False
+    rho, zeta, density, pressure = unknowns.rho, unknowns.zeta, unknowns.density, unknowns.scalars[0]
+    slope, wall, tolerance = problem.step.slope, problem.wall, problem.limits.tolerance * problem.unit
     good = True
     for o in range(rho.size - 2):
         i = (o + 1) & INDEX

@@ -30,21 +30,9 @@ from ..wall.surface_regularisers import (
     bending_along,
     bending_around,
 )
-from .equilibrium import (
-    CONVERGED,
-    FIRST_ALLOWANCE,
-    GAP_SCALE,
-    MEMORY,
-    NOT_CONVERGED,
-    OUT_OF_RANGE,
-    ROUNDOFF,
-    SINGULAR,
-    SMALLEST_STEP,
-    TENSION_SCALE,
-    LumenConstants,
-    PelletConstants,
-    Step,
-)
+from .constants import LumenConstants, PelletConstants, Step
+from .line_search import FIRST_ALLOWANCE, MEMORY, SMALLEST_STEP
+from .verdicts import CONVERGED, GAP_SCALE, NOT_CONVERGED, OUT_OF_RANGE, ROUNDOFF, SINGULAR, TENSION_SCALE
 
 Floats = NDArray[np.float64]
 
