@@ -28,17 +28,9 @@ LARGEST_ROUNDING = 1e-3
 
 
 @compiled
-def force_rounding(
-    rho: np.ndarray,
-    zeta: np.ndarray,
-    density: np.ndarray,
-    pressure: float,
-    slope: float,
-    wall: WallConstants,
-    i: int,
-    work: np.ndarray,
-) -> float:
+def force_rounding(unknowns: Unknowns, slope: float, wall: WallConstants, i: int, work: np.ndarray) -> float:
     """Estimate of what rounding leaves of the forces on an inner node [mN/cm], Eq. (58), after `wall_forces`."""
+    rho, zeta, density, pressure = unknowns.rho, unknowns.zeta, unknowns.density, unknowns.scalars[0]
     h = wall.element_size
     place = UNIT_ROUNDOFF * (max(abs(zeta[i - 1]), abs(zeta[i + 1])) + max(rho[i - 1], rho[i], rho[i + 1]))
     stiff = sums = 0.0
@@ -79,13 +71,12 @@ def at_rounding(unknowns: Unknowns, problem: Problem, now: Balance, work: np.nda
     """Whether what is left of all residuals is below the tolerance or no more than rounding."""
     if now.worst >= LARGEST_ROUNDING or not _rest_is_closed(unknowns, problem, now, work):
         return False
-    rho, zeta, density, pressure = unknowns.rho, unknowns.zeta, unknowns.density, unknowns.scalars[0]
-    slope, wall, tolerance = problem.step.slope, problem.wall, problem.limits.tolerance * problem.unit
+    tolerance = problem.limits.tolerance * problem.unit
     good = True
-    for o in range(rho.size - 2):
+    for o in range(unknowns.rho.size - 2):
         i = (o + 1) & INDEX
         force = max(abs(work[FORCE_R, i]), abs(work[FORCE_Z, i]))
         if force > tolerance:
-            allowed = ALLOWANCE * force_rounding(rho, zeta, density, pressure, slope, wall, i, work)
+            allowed = ALLOWANCE * force_rounding(unknowns, problem.step.slope, problem.wall, i, work)
             good = good and force <= allowed
-    return good and math.isfinite(pressure)
+    return good and math.isfinite(unknowns.scalars[0])
