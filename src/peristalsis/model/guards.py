@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from ..errors import DivergenceError
 from ..numerics.compiled import compiled
 from ..tissue.cell import SHIPPED_CELL, Cell
-from .equilibrium import TENSION_SCALE
 from .model import Model
 from .ranges import between, outside
 from .report import StepReport
 from .schemes.choice import scheme_of
 from .state import SheetState, State, WallState
 from .step import advance
+from .verdicts import TENSION_SCALE
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from ..control.sequence import quiet
 from ..errors import ConfigurationError
 from ..geometry.tube import lumen_volume
 from ..pellet.body import require_shape
-from ..pellet.friction import dry_friction, share_out
+from ..pellet.friction import Nodes, dry_friction, share_out
 from ..tissue.cell import SHIPPED_CELL
 from ..tissue.records import Brought, SheetArrays, Steps
 from ..tissue.steady import NoRestError, RestState
@@ -84,10 +84,12 @@ def _at_rest(
 def _holding(model: Model, contact: Floats, rho: Floats, zeta: Floats) -> float:
     """Dry friction [mN] that holds the resting pellet, Eqs. (50) and (51)."""
     area = 2.0 * np.pi * model.wall.radius * model.wall.element_size
-    nodes = np.zeros((rho.size, 1, 3))
-    nodes[:, 0, 0], nodes[:, 0, 2] = rho, zeta
+    places = np.zeros((rho.size, 1, 3))
+    places[:, 0, 0], places[:, 0, 2] = rho, zeta
     shares = np.empty((rho.size, 1))
-    pressing = area * share_out(contact[:, None], nodes, model.start_position, model.pellet.shape, True, shares)
+    pressing = area * share_out(
+        Nodes(contact[:, None], places, area), model.start_position, model.pellet.shape, True, shares
+    )
     return dry_friction(model.pellet.dry, model.friction, pressing, True)
 
 

@@ -21,7 +21,7 @@ from ...tissue.cells.plant import CellConstants
 from ...tissue.explicit_sheet import Excitable, excite
 from ...wall.constants import WallConstants
 from ...wall.explicit import INSIDE, add_bending_forces, add_pressure_forces, add_tension_forces
-from ..equilibrium import LumenConstants, PelletConstants
+from ..constants import LumenConstants, PelletConstants
 
 DONE, LONGITUDINAL, CIRCULAR, STRETCH, VOLUME = range(5)
 """How `march` ends: well, or at what went out of range."""

@@ -15,14 +15,15 @@ from ..arrays import NewWall
 from ..balance import Work, momentum_from, work_from
 from ..bookkeeping import ContactSummary, StepNumbers, numbers_of_step, touch, wall_work
 from ..constants import packed
-from ..equilibrium import CONVERGED, workspace
 from ..exchange import active_force, conduction_coefficient, drive_of_layer, stretch_ahead, stretches_receptors
 from ..fields import axial_tension_of_elements, stretch_of_elements
 from ..friction import dry_friction_now
 from ..model import Layer, Model
+from ..problem import workspace
 from ..ranges import outside
 from ..scheme import Ahead, Conduction, Solved, StepSummary
 from ..state import PelletState, SheetState, State, WallState
+from ..verdicts import CONVERGED
 from ..wall_step import Request, step_wall
 
 Floats = NDArray[np.float64]
