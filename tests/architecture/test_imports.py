@@ -152,7 +152,7 @@ def test_sizes() -> None:
     folders = [room for room in structure.rooms() if (PACKAGE / room).is_dir()]
     assert len(folders) <= 17
     assert len(structure.rooms()) - len(folders) <= 8
-    assert structure.long_files() == []
+    assert not structure.long_files()
     assert structure.longest_arguments()[0][0] <= 10
 
 
