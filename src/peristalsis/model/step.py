@@ -34,6 +34,7 @@ from .explicit_step import march_explicitly
 from .fields import axial_tension_of_elements
 from .friction import dry_friction_now
 from .model import ACTIVATION_LEVEL, Layer, Model, Network, explicit_stages
+from .muscle import advance_muscle, drive_of_cells
 from .state import PelletState, SheetState, State, WallState
 from .surface_fields import Stretches, surface_stretches
 from .surface_step import try_surface_wall
@@ -106,7 +107,7 @@ def _advance_tissue(
     """Both layers and the network after a step, and the drive of the wall."""
     stretch = _stretches_ahead(model, state.wall)
     longitudinal, circular = (
-        _advance_layer(model, name, layer, sheet, stretch, stimulus, start)
+        advance_muscle(layer, sheet, _advance_layer(model, name, layer, sheet, stretch, stimulus, start), model.dt_wall)
         for name, layer, sheet, stimulus in (
             ("longitudinal", model.longitudinal, state.longitudinal, stimuli.longitudinal),
             ("circular", model.circular, state.circular, stimuli.circular),
@@ -120,12 +121,12 @@ def _advance_tissue(
 
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
-    """Force factor times phi+ [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
+    """Force factor times drive [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
+    driven = drive_of_cells(layer, sheet)
     if model.grid.is_surface:
-        source = layer.force_factor * np.maximum(sheet.potential - layer.threshold, 0.0)
-        return model.grid.half_elements_of_cells(source)
+        return model.grid.half_elements_of_cells(layer.force_factor * driven)
     out = np.empty((2 * model.grid.n_z_wall, model.grid.n_theta))
-    drive_of_layer(*model.grid.cells_to_half_elements, sheet.potential, layer.threshold, layer.force_of_cells, out)
+    drive_of_layer(*model.grid.cells_to_half_elements, driven, layer.force_of_cells, out)
     return out
 
 
@@ -352,7 +353,8 @@ def _advance_sheet(
         cause = _why_out_of_range(model, tissue, stimulus, field, gates, bad)
         low, high = tissue.cell.lowest, tissue.cell.highest
         raise DivergenceError(f"{field} left {low:g}...{high:g} mV at {place}, t = {start:.6g} s: {cause}")
-    return SheetState(potential.reshape(shape), gates.reshape(-1, *shape), first.reshape(shape), last.reshape(shape))
+    times = first.reshape(shape), last.reshape(shape)
+    return SheetState(potential.reshape(shape), gates.reshape(-1, *shape), *times, sheet.muscle)
 
 
 FINE_STEP = 0.05
@@ -542,11 +544,11 @@ def _sensed_tension(model: Model, sheet: SheetState, wall: WallState) -> Floats:
         average(grid.elements_to_cells, tension, cells)
         return cells
     cells = np.empty_like(sheet.potential)
-    threshold, muscle = model.longitudinal.threshold, np.array(model.wall.longitudinal)
+    driven, muscle = drive_of_cells(model.longitudinal, sheet), np.array(model.wall.longitudinal)
     if grid.is_surface:
         stretch = grid.elements_at_cells(surface_stretches(wall.position, model.wall).axial)
-        active_force_at(stretch, sheet.potential, threshold, muscle, cells)
+        active_force_at(stretch, driven, muscle, cells)
     else:
         size = model.wall.element_size
-        active_force(*grid.elements_to_cells, wall.position, size, sheet.potential, threshold, muscle, cells)
+        active_force(*grid.elements_to_cells, wall.position, size, driven, muscle, cells)
     return cells
