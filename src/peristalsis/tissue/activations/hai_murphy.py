@@ -63,9 +63,9 @@ class ActivationConstants(NamedTuple):
 
 M, MP, AMP, AM = range(4)
 LONGEST = 1.0
-"""Largest product of time and rate for which the series (82) is summed at once; its terms fall from the first on."""
-TERMS = 20
-"""Terms of the series: the first that is left out is below 1e-18."""
+"""Largest product of time and rate for which the series (82) is summed at once; its weights fall from the first on."""
+NEGLIGIBLE = 1e-17
+"""Weight from which on the terms of the series are left out; they fall faster than any power of it."""
 
 
 @inlined
@@ -95,37 +95,35 @@ def steady(calcium: float, states: np.ndarray, k: int, c: ActivationConstants) -
 def advance(calcium: float, states: np.ndarray, k: int, dt: float, c: ActivationConstants) -> None:
     """Advance the shares of a cell by dt [s] at a calcium [uM], exactly, Eqs. (80), (82).
 
-    Every term of the series is positive, so shares stay shares at any step; weights that sum to 1 keep their sum.
+    Every term of the series is positive, so shares stay shares at any step, and their sum is 1.
     """
     kinase = c.fastest * hill(calcium, c.half, c.exponent)
     phosphatase, on, off, latch = c.dephosphorylation, c.attachment, c.detachment, c.latch_detachment
     fastest = max(max(kinase, phosphatase + on), max(phosphatase + off, kinase + latch))  # out of M, Mp, AMp, AM
     parts = max(1, math.ceil(dt * fastest / LONGEST))
-    span = dt / parts  # as time times rate below
+    scale = 1.0 / fastest if fastest > 0.0 else 0.0
+    leave_a, leave_b = kinase * scale, (phosphatase + on) * scale
+    leave_p, leave_q = (phosphatase + off) * scale, (kinase + latch) * scale
+    toward = dt / parts * fastest
     a, b, p, q = states[M, k], states[MP, k], states[AMP, k], states[AM, k]
     for _ in range(parts):
         sum_a, sum_b, sum_p, sum_q = a, b, p, q
-        weight, weights = 1.0, 1.0
-        for n in range(1, TERMS):
-            if fastest > 0.0:
-                scale = 1.0 / fastest
-                to_b, to_a = kinase * scale * a, phosphatase * scale * b
-                to_p, from_p = on * scale * b, off * scale * p
-                to_q, from_q = phosphatase * scale * p, kinase * scale * q
-                loose = latch * scale * q
-                a, b, p, q = (
-                    (1.0 - kinase * scale) * a + to_a + loose,
-                    (1.0 - (phosphatase + on) * scale) * b + to_b + from_p,
-                    (1.0 - (off + phosphatase) * scale) * p + to_p + from_q,
-                    (1.0 - (kinase + latch) * scale) * q + to_q,
-                )
-            weight *= span * fastest / n
-            weights += weight
+        weight, n = toward, 1
+        while weight > NEGLIGIBLE:
+            a, b, p, q = (
+                (1.0 - leave_a) * a + scale * (phosphatase * b + latch * q),
+                (1.0 - leave_b) * b + scale * (kinase * a + off * p),
+                (1.0 - leave_p) * p + scale * (on * b + kinase * q),
+                (1.0 - leave_q) * q + scale * phosphatase * p,
+            )
             sum_a += weight * a
             sum_b += weight * b
             sum_p += weight * p
             sum_q += weight * q
-        a, b, p, q = sum_a / weights, sum_b / weights, sum_p / weights, sum_q / weights
+            n += 1
+            weight *= toward / n
+        total = sum_a + sum_b + sum_p + sum_q  # exp(toward), and rounding, which would add up over many steps
+        a, b, p, q = sum_a / total, sum_b / total, sum_p / total, sum_q / total
     states[M, k], states[MP, k], states[AMP, k], states[AM, k] = a, b, p, q
 
 
