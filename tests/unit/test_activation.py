@@ -1,4 +1,4 @@
-"""Activations chosen by configuration: what drives the muscle, states of its own, what is refused and in which words."""
+"""Activations chosen by configuration: what drives the muscle, states of its own, what is refused, in which words."""
 
 from __future__ import annotations
 
