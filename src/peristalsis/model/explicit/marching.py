@@ -146,6 +146,7 @@ def _sheet(sheet: Excitable, before: SheetState) -> SheetState:
         sheet.gates.reshape(-1, *shape),
         sheet.first_activation.reshape(shape),
         sheet.last_activation.reshape(shape),
+        before.muscle,
     )
 
 
