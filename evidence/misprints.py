@@ -95,7 +95,7 @@ MISPRINTS = (
         "the displacement u_z for the place, and a term in u_s",
         (
             Patch(
-                "model/equilibrium.py",
+                "model/residual.py",
                 "axial = zeta[i] - scalars[1]\n            work[TOUCHES, i] = 0.0",
                 "axial = zeta[i] - i * h - scalars[1]\n            work[TOUCHES, i] = 0.0",
             ),

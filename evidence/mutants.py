@@ -73,6 +73,10 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "control/sequence.py": group(["sequence"]),
     "control/reflex.py": group(["reflex"]),
     "model/equilibrium.py": group(["equilibrium"], WALL),
+    "model/residual.py": group(["equilibrium"], WALL),
+    "model/linearised.py": group(["equilibrium"], WALL),
+    "model/settling.py": group(["equilibrium"], WALL),
+    "model/line_search.py": group(["equilibrium"], WALL),
     "model/balance.py": group(["balance"], ["coupled"]),
     "model/friction.py": group(["friction"], ["problems"]),
     "wall/surface.py": group(["surface_wall"], ["surface_problems"]),
@@ -84,6 +88,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
 }
 
 COUNTS = ("tests/unit/test_cost.py",)
+NEWTON = ("tests/unit/test_newton.py", *COUNTS)
 DETAILS = ("tests/unit/test_surface_details.py",)
 PROBLEMS = ("tests/verification/test_problems.py",)
 NUMBERS = ("tests/unit/test_step_numbers.py",)
@@ -93,7 +98,11 @@ SLOWER = {
     "control/sequence.py": ("tests/unit/test_step.py", *PROBLEMS),
     "wall/surface.py": DETAILS,
     "pellet/surface_contact.py": DETAILS,
-    "model/equilibrium.py": ("tests/unit/test_newton.py", *COUNTS),
+    "model/equilibrium.py": NEWTON,
+    "model/residual.py": NEWTON,
+    "model/linearised.py": NEWTON,
+    "model/settling.py": NEWTON,
+    "model/line_search.py": NEWTON,
     "wall/assembly.py": COUNTS,
     "numerics/block_band.py": COUNTS,
     "model/fields.py": ("tests/unit/test_stretched_fields.py",),

@@ -22,16 +22,17 @@ from numpy.typing import NDArray
 from peristalsis import scenarios
 from peristalsis.geometry.surface import column_angles
 from peristalsis.inputs.build import build
-from peristalsis.model import surface_equilibrium
+from peristalsis.model import surface_update
 from peristalsis.model.initial import initial_state
 from peristalsis.model.model import Model
 from peristalsis.model.scheme import Solved
 from peristalsis.model.state import PelletState, State, WallState
 from peristalsis.model.surface_step import try_surface_wall
 from peristalsis.numerics.column_solver import ColumnSolver
+from peristalsis.numerics.constraint import Constraint, add_normal, project
 from peristalsis.numerics.krylov import flexible_gmres
 from peristalsis.numerics.ring_blocks import RingOperator, multiply
-from peristalsis.numerics.ring_solver import Constraint, RingSolver, add_normal, project
+from peristalsis.numerics.ring_solver import RingSolver
 from peristalsis.wall.constants import SurfaceConstants
 
 Floats = NDArray[np.float64]
@@ -131,15 +132,15 @@ def _recording(apply: Any, precondition: Any, right: Floats, target: float, most
 def hard_system(elements: int, columns: int) -> tuple[RingOperator, Constraint, Floats]:
     """Tangent and right-hand side in the middle of a step of the point source, 20 ms after its start."""
     model, known = started(elements, columns)
-    surface_equilibrium.RingSolver = Recorder  # type: ignore[misc]
-    surface_equilibrium.flexible_gmres = _recording
+    surface_update.RingSolver = Recorder  # type: ignore[misc]
+    surface_update.flexible_gmres = _recording
     for k in range(10):
         Recorder.systems.clear()
         Recorder.sides.clear()
         solved = step(model, known, drive(model, (k + 1) * DT, columns, True), Counts())
         known = (solved.wall, solved.pellet, solved.pressure)
-    surface_equilibrium.RingSolver = RingSolver  # type: ignore[misc]
-    surface_equilibrium.flexible_gmres = flexible_gmres
+    surface_update.RingSolver = RingSolver  # type: ignore[misc]
+    surface_update.flexible_gmres = flexible_gmres
     # The one whose right-hand side is nearest to a hundredth of the force scale: past the search, before the end.
     norms = [abs(np.log10(np.linalg.norm(side)) + 2.0) for side in Recorder.sides]
     chosen = int(np.argmin(norms))

@@ -34,7 +34,7 @@ def main() -> None:
 
     print(
         f"{summary['transit_s']:.3f} s: transit time of the pellet. It travelled {travel:.2f} cm of a segment of "
-        f"{length:g} cm at {mean:.2f} cm/s on the mean; the paper reports 2.4 s."
+        f"{length:g} cm at a mean speed of {mean:.2f} cm/s; the paper reports 2.4 s."
     )
 
 

@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from peristalsis.errors import DivergenceError
-from peristalsis.model.equilibrium import CONVERGED, REASONS, LumenConstants, Step, solve_equilibrium
+from peristalsis.model.constants import LumenConstants, Step
+from peristalsis.model.equilibrium import History, solve_equilibrium
 from peristalsis.model.fields import contact_pressure, corner_tensions, end_reactions, nodal, stretch_of_elements
 from peristalsis.model.model import Model
+from peristalsis.model.problem import Limits, Unknowns
 from peristalsis.model.state import State
 from peristalsis.model.step_summary import work_of_step
+from peristalsis.model.verdicts import CONVERGED, REASONS
 from peristalsis.numerics.rates import STATIC, RateFormula, rate_formula
 from peristalsis.wall.membrane import TOTAL_CIRCULAR, TOTAL_LONGITUDINAL
 
@@ -73,8 +76,9 @@ def carried(
     Raises DivergenceError where there is no equilibrium.
     """
     wall, n = state.wall, model.grid.nodes.size
-    none = np.zeros(2 * n - 2)
-    circular = none if drive is None else drive
+    drives = np.zeros((2, 2 * n - 2))
+    if drive is not None:
+        drives[1] = drive
     rho, zeta = (np.ascontiguousarray(wall.position[:, 0, k]) for k in (0, 2))
     density, scalars = wall.contact[:, 0].copy(), np.array([state.pressure, centre, 0.0])
     history = formula.history(wall.position, wall.position_before)
@@ -83,24 +87,15 @@ def carried(
     along_history = formula.history(along, along_before)[:, 0]
     hoop_history = history[:, 0, 0] / model.wall.radius
     code, *_ = solve_equilibrium(
-        rho,
-        zeta,
-        density,
-        scalars,
-        np.ascontiguousarray(history[:, 0, [0, 2]].T),
-        np.zeros((2, n)),
-        along_history,
-        np.ascontiguousarray(hoop_history),
-        none,
-        circular,
+        Unknowns(rho, zeta, density, scalars),
+        History(history[:, 0, [0, 2]].T, np.zeros((2, n)), along_history, hoop_history),
+        drives,
         np.zeros(n),
         Step(formula.inverse, False, centre, 0.0),
         model.wall,
         model.pellet,
         LumenConstants(state.pressure, 1.0, 0.0),
-        model.tolerance,
-        model.gap_tolerance,
-        100,
+        Limits(model.tolerance, model.gap_tolerance, 100),
     )
     if code != CONVERGED:
         raise DivergenceError(f"no equilibrium around a pellet at {centre:g} cm: {REASONS[code]}")
@@ -116,7 +111,7 @@ def carried(
         contact=density[:, None],
         stretch_rate=(stretch_of_elements(position, h) - along_history[:, None]) * formula.inverse,
         hoop_rate=(position[:, :, 0] / model.wall.radius - hoop_history[:, None]) * formula.inverse,
-        drive=np.stack([none, circular])[:, :, None],
+        drive=drives[:, :, None],
         step_before=dt,
     )
     pellet = replace(state.pellet, position=centre, axial_force=float(scalars[2]))

@@ -9,10 +9,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from peristalsis.model.equilibrium import CONVERGED, LumenConstants, Step, solve_equilibrium
+from peristalsis.model.constants import LumenConstants, Step
+from peristalsis.model.equilibrium import History, solve_equilibrium
 from peristalsis.model.fields import contact_pressure
 from peristalsis.model.friction import dry_friction_now, friction_ahead, sliding_speed
+from peristalsis.model.problem import Limits, Unknowns
 from peristalsis.model.state import PelletState
+from peristalsis.model.verdicts import CONVERGED
 from peristalsis.pellet.body import pellet_of
 from peristalsis.pellet.friction import FrictionLaw, dry_friction, sliding_velocity
 from peristalsis.pellet.shapes.sphere import ShapeConstants as Sphere
@@ -188,24 +191,15 @@ def wrapped(elements: int, coefficient: float) -> tuple[Floats, Floats, Floats]:
     def solve(radius: float, centre: float) -> float:
         """F_z [mN] with the pellet held there."""
         code, *_ = solve_equilibrium(
-            rho,
-            zeta,
-            contact,
-            scalars,
-            np.zeros((2, n)),
-            np.zeros((2, n)),
-            np.ones(n - 1),
-            np.ones(n),
-            np.zeros(2 * n - 2),
-            np.zeros(2 * n - 2),
+            Unknowns(rho, zeta, contact, scalars),
+            History(np.zeros((2, n)), np.zeros((2, n)), np.ones(n - 1), np.ones(n)),
+            np.zeros((2, 2 * n - 2)),
             weight,
             Step(0.0, False, centre, 0.0),
             wall,
             pellet_of(Sphere(radius), frame=1.0, tangential=True)._replace(volume=0.0),
             LumenConstants(0.0, 1.0, 0.0),
-            1e-9,
-            1e-10,
-            200,
+            Limits(1e-9, 1e-10, 200),
         )
         if code != CONVERGED:
             raise ValueError(f"the fibres find no equilibrium around a pellet of {radius:g} cm")

@@ -1,4 +1,4 @@
-"""What users add from their own files: cells, laws, shapes, outputs, scenarios and figures.
+"""What users add from their own files: cells, laws, shapes and other parts, outputs, scenarios and figures.
 
 A file that says KIND and NAME is a part, and is read without being executed (`inputs.parts`). Any other file is
 executed once, in every process that runs something, and registers what it defines.

@@ -77,7 +77,7 @@ def test_nearly_equal_anisotropy_is_nearly_the_monodomain(around: bool) -> None:
 
 
 def test_gauge() -> None:
-    """B3: phi_e is zero on the mean; a constant added to V moves neither the current nor phi_e."""
+    """B3: phi_e has zero mean; a constant added to V moves neither the current nor phi_e."""
     surface = uneven(12, 10, True)
     potential = np.random.default_rng(9).normal(size=(12, 10))
     phi, shifted = (surface.bidomain().extracellular(potential + constant) for constant in (0.0, 50.0))

@@ -272,7 +272,7 @@ def test_a_file_knows_no_text_switches(value: object) -> None:
         ({"grid.n_z": True}, "not a whole number"),
         ({"grid.n_z": 10**5000}, "out of range"),
         ({"grid.n_z": 20_001}, "at most 20000"),
-        ({"grid.n_theta": 3}, r"grid\.n_theta = 3: so few columns make no ring; use 1 \(axisymmetric\) or at least 4"),
+        ({"grid.n_theta": 3}, r"grid\.n_theta = 3: too few columns for a ring; use 1 \(axisymmetric\) or at least 4"),
         ({"grid.n_theta_conduction": 64}, r"grid\.n_theta = 1 is the axisymmetric model; use 0"),
         ({"grid.n_theta": 8, "grid.n_theta_conduction": 30}, r"not a multiple of grid\.n_theta = 8; use 32, or 0"),
         ({"grid.n_theta": 8, "pellet.friction_coefficient": 0.3}, "for the axisymmetric wall only"),

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from peristalsis.model.equilibrium import CONVERGED, REASONS
 from peristalsis.model.step import advance
+from peristalsis.model.verdicts import CONVERGED, REASONS
 from verification.exact.runs import EXACT, IDLE, march, started
 from verification.exact.wall import InflatedTube, settle, wall_constants
 

@@ -7,25 +7,16 @@ import numpy as np
 import pytest
 
 from peristalsis.geometry.tube import lumen_volume
-from peristalsis.model.equilibrium import (
-    CONVERGED,
-    FORCE_R,
-    FORCE_Z,
-    GAP,
-    GAP_SCALE,
-    TENSION_SCALE,
-    TOUCHES,
-    WORK,
-    LumenConstants,
-    PelletConstants,
-    Settings,
-    Step,
-    _measure,
-    solve_equilibrium,
-)
+from peristalsis.model import problem
+from peristalsis.model.constants import LumenConstants, PelletConstants, Step
+from peristalsis.model.equilibrium import History, solve_equilibrium
+from peristalsis.model.problem import GAP, TOUCHES, WORK, Limits, Problem
+from peristalsis.model.residual import measure
+from peristalsis.model.verdicts import CONVERGED, GAP_SCALE, TENSION_SCALE
 from peristalsis.pellet.body import pellet_of
 from peristalsis.pellet.shapes.sphere import ShapeConstants as Sphere
 from peristalsis.pellet.shapes.sphere import volume
+from peristalsis.wall.assembly import FORCE_R, FORCE_Z
 from verification.exact.wall import COUPLED, settle, wall_constants
 
 Floats = np.ndarray
@@ -69,21 +60,15 @@ def on_the_pellet() -> Unknowns:
     )
     for radius in np.linspace(0.8, SPHERE, 8):
         code, *_ = solve_equilibrium(
-            *found.parts,
-            np.zeros((2, n)),
-            np.zeros((2, n)),
-            np.ones(n - 1),
-            np.ones(n),
-            np.zeros(2 * n - 2),
-            np.zeros(2 * n - 2),
+            problem.Unknowns(*found.parts),
+            History(np.zeros((2, n)), np.zeros((2, n)), np.ones(n - 1), np.ones(n)),
+            np.zeros((2, 2 * n - 2)),
             none,
             Step(0.0, False, CENTRE, 0.0),
             WALL,
             pellet_of(Sphere(radius)),
             LumenConstants(PRESSURE, 1.0, 0.0),
-            1e-9,
-            1e-10,
-            50,
+            Limits(1e-9, 1e-10, 50),
         )
         assert code == CONVERGED
     assert (found.density > 0.0).sum() > 10
@@ -124,22 +109,19 @@ class Squeeze:
         """(code, iterations) from a trial state, which becomes the answer."""
         start = on_the_pellet()
         corners = np.repeat(start.zeta, 2)[1:-1]
-        code, iterations, _ = solve_equilibrium(
-            *trial.parts,
-            np.stack([start.rho, start.zeta]),
-            np.zeros((2, ELEMENTS + 1)),
-            np.hypot(np.diff(start.rho), np.diff(start.zeta)) / WALL.element_size,
-            start.rho / WALL.radius,
-            0.3 * np.exp(-(((corners - 1.9) / 0.5) ** 2)),
-            2.0 * np.exp(-(((corners - 1.1) / 0.3) ** 2)),
+        stretch = np.hypot(np.diff(start.rho), np.diff(start.zeta)) / WALL.element_size
+        places, still = np.stack([start.rho, start.zeta]), np.zeros((2, ELEMENTS + 1))
+        pulls = 0.3 * np.exp(-(((corners - 1.9) / 0.5) ** 2)), 2.0 * np.exp(-(((corners - 1.1) / 0.3) ** 2))
+        code, iterations, *_ = solve_equilibrium(
+            problem.Unknowns(*trial.parts),
+            History(places, still, stretch, start.rho / WALL.radius),
+            np.stack(pulls),
             self.weight,
             Step(1.0 / DT, self.inertia, CENTRE, DT),
             WALL,
             self.pellet,
             self.lumen,
-            tolerance,
-            gap_tolerance,
-            most,
+            Limits(tolerance, gap_tolerance, most),
         )
         return code, iterations
 
@@ -224,7 +206,9 @@ def test_residuals_are_weighed_by_their_units() -> None:
     """The sum has forces over 10 mN/cm of an element, and gaps and leftover contact on that scale; the largest, what
     acceptance allows of each."""
     n, unit, tolerance, gap_tolerance = 9, TENSION_SCALE * WALL.element_size / WALL.radius, 1e-3, 1e-6
-    settings = Settings(Step(1.0 / DT, True, CENTRE, DT), tolerance, gap_tolerance, 5, unit, CIRCUMFERENCE)
+    squeeze, step, limits = Squeeze(), Step(1.0 / DT, True, CENTRE, DT), Limits(tolerance, gap_tolerance, 5)
+    known = np.zeros((problem.KNOWN, n))
+    given = Problem(known, WALL, squeeze.pellet, squeeze.lumen, step, limits, unit, CIRCUMFERENCE)
     rng = np.random.default_rng(8)
     for forces, gaps, leftover in ((3.0, 0.0, 0.0), (0.0, 1e-4, 0.0), (0.0, 0.0, 2.0), (1.0, 1e-3, 0.5)):
         work, density = np.full((WORK, n), np.nan), np.zeros(n)
@@ -232,7 +216,7 @@ def test_residuals_are_weighed_by_their_units() -> None:
         work[TOUCHES], work[GAP] = 0.0, gaps * rng.normal(size=n)
         work[TOUCHES, 3:5] = 1.0
         density[6] = leftover
-        total, worst = _measure(density, WALL, settings, 1, n - 2, work)
+        total, worst = measure(density, given, 1, n - 2, work)
         force = work[FORCE_R : FORCE_Z + 1, 1:-1] / unit
         gap, left = work[GAP, 3:5], leftover * WALL.radius / TENSION_SCALE
         squares = (force**2).sum() + (gap**2).sum() * (GAP_SCALE / TENSION_SCALE) ** 2 + left**2

@@ -1,4 +1,4 @@
-"""Every output of a run: its own function against an evaluation told apart from it, on a state made by hand."""
+"""Every output of a run: its own function against an independent evaluation, on a state made by hand."""
 
 from __future__ import annotations
 

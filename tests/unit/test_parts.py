@@ -270,7 +270,7 @@ def test_parts_are_listed(capsys: pytest.CaptureFixture[str], mine: Path) -> Non
     assert answer["cells"][0]["name"] == "plant"
     (own,) = (one for one in answer["cells"] if one["name"] == "mine")
     assert (own["from"], own["channels"]) == (str(mine), ["potassium", "leak"])
-    for kind in ("laws", "shapes"):
+    for kind in ("laws", "activations", "muscles", "shapes"):
         assert main(["list", kind]) == 0
     assert "Choose one by pellet.shape" in capsys.readouterr().out
     assert main(["list", "cels"]) == 2

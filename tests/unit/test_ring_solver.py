@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from peristalsis.numerics.column_solver import ColumnSolver
+from peristalsis.numerics.constraint import Constraint, add_normal, project
 from peristalsis.numerics.krylov import flexible_gmres
 from peristalsis.numerics.ring_blocks import RingOperator
-from peristalsis.numerics.ring_solver import Constraint, RingSolver, add_normal, project
+from peristalsis.numerics.ring_solver import RingSolver
 from verification.exact.surface_wall import times
 
 N = 12

@@ -14,11 +14,11 @@ from peristalsis.errors import DivergenceError
 from peristalsis.inputs.build import build
 from peristalsis.inputs.config import Configuration
 from peristalsis.model import inflation
-from peristalsis.model.equilibrium import KNOWN
 from peristalsis.model.fields import corner_tensions, nodal_tensions
 from peristalsis.model.guards import advance_safely, violation
 from peristalsis.model.initial import initial_state
 from peristalsis.model.model import Model
+from peristalsis.model.problem import KNOWN, Unknowns
 from peristalsis.model.rounding import force_rounding
 from peristalsis.model.state import State
 from peristalsis.numerics.roots import find_root
@@ -160,8 +160,8 @@ def test_rounding_of_the_forces_is_estimated() -> None:
         return work[FORCE_R : FORCE_Z + 1, 1:-1].copy()
 
     still = forces(rho, zeta)
-    none = np.zeros(n)
-    allowed = np.array([force_rounding(rho, zeta, none, 0.0, 0.0, model.wall, i, work) for i in range(1, n - 1)])
+    unknowns = Unknowns(rho, zeta, np.zeros(n), np.zeros(3))
+    allowed = np.array([force_rounding(unknowns, 0.0, model.wall, i, work) for i in range(1, n - 1)])
     worst = np.zeros(n - 2)
     for _ in range(40):
         moved = [x * (1.0 + rng.choice([-1.0, 1.0], n) * 2.0**-53) for x in (rho, zeta)]

@@ -1,4 +1,4 @@
-"""Numbers of a step: work by part, ends, slack, contact, momentum, each against something told apart from it."""
+"""Numbers of a step: work by part, ends, slack, contact, momentum, each against an independent calculation."""
 
 from dataclasses import replace
 

@@ -10,17 +10,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from peristalsis.model import surface_equilibrium, surface_step
-from peristalsis.model.equilibrium import CONVERGED, NOT_CONVERGED, OUT_OF_RANGE, SINGULAR
-from peristalsis.model.surface_equilibrium import (
-    SurfaceProblem,
-    SurfaceVerdict,
-    _newton_update,
-    _Trial,
-    merit_of,
-    solve_surface,
-)
+from peristalsis.model import surface_equilibrium, surface_step, surface_tangent, surface_update
+from peristalsis.model.surface_equilibrium import SurfaceProblem, SurfaceVerdict, merit_of, solve_surface
+from peristalsis.model.surface_residual import Trial
 from peristalsis.model.surface_step import kinematics, try_surface_wall
+from peristalsis.model.surface_update import newton_update
+from peristalsis.model.verdicts import CONVERGED, NOT_CONVERGED, OUT_OF_RANGE, SINGULAR, Verdict
 from peristalsis.wall.constants import SurfaceConstants
 from verification.exact.runs import started
 from verification.exact.surface_wall import widened
@@ -115,10 +110,10 @@ def test_iterations_are_counted_to_their_limit(step: Posed) -> None:
 def test_search_that_finds_nothing_within_range_ends(step: Posed, monkeypatch: pytest.MonkeyPatch) -> None:
     """However short the step, the trial is out of range: halved down to the smallest, then given up."""
 
-    def nowhere(trial: _Trial, blocks: Floats, target: float) -> Any:
+    def nowhere(trial: Trial, blocks: Floats, target: float) -> Any:
         return tuple(np.full_like(field, np.nan) for field in (trial.places, trial.density, trial.scalars)), 3
 
-    monkeypatch.setattr(surface_equilibrium, "_newton_update", nowhere)
+    monkeypatch.setattr(surface_equilibrium, "newton_update", nowhere)
     verdict = step.solve()
     halvings = int(np.ceil(np.log2(1.0 / surface_equilibrium.SMALLEST_STEP)))
     assert (verdict.code, verdict.iterations, verdict.krylov) == (OUT_OF_RANGE, 1, 3)
@@ -128,22 +123,22 @@ def test_search_that_finds_nothing_within_range_ends(step: Posed, monkeypatch: p
 def test_singular_systems_are_noticed(step: Posed, monkeypatch: pytest.MonkeyPatch) -> None:
     """Borders that are no numbers, an average without stiffness, and a solution that is no number."""
     n, _, m = step.places.shape
-    trial = _Trial(step.problem, step.places.copy(), step.density.copy(), step.scalars.copy())
+    trial = Trial(step.problem, step.places.copy(), step.density.copy(), step.scalars.copy())
     assert trial.evaluate(1e-8)
     blocks = np.empty((n, 9, 3, 3, m))
-    assert _newton_update(trial, blocks, 1e-8) is not None
+    assert newton_update(trial, blocks, 1e-8) is not None
     trial.speed_slope = np.nan
-    assert _newton_update(trial, blocks, 1e-8) is None
+    assert newton_update(trial, blocks, 1e-8) is None
     with monkeypatch.context() as patch:
-        patch.setattr(surface_equilibrium, "add_edge_tangent", lambda edges, blocks: blocks.fill(np.nan))
+        patch.setattr(surface_tangent, "add_edge_tangent", lambda edges, blocks: blocks.fill(np.nan))
         assert step.solve().code == SINGULAR
 
-    real = surface_equilibrium.flexible_gmres
+    real = surface_update.flexible_gmres
 
     def nothing(apply: Any, precondition: Any, start: Floats, target: float, most: int) -> Any:
         return real(apply, precondition, start, target, most)._replace(solution=np.full_like(start, np.nan))
 
-    monkeypatch.setattr(surface_equilibrium, "flexible_gmres", nothing)
+    monkeypatch.setattr(surface_update, "flexible_gmres", nothing)
     assert step.solve() == (SINGULAR, 0, 1, 0)
 
 
@@ -160,7 +155,7 @@ def test_inertia_adds_mass_times_acceleration(pellet: bool) -> None:
         timed = replace(
             given.problem, wall=wall, velocity_history=velocity, step=given.problem.step._replace(inertia=inertia)
         )
-        trial = _Trial(timed, moved, given.density, given.scalars)
+        trial = Trial(timed, moved, given.density, given.scalars)
         assert trial.evaluate(1e-8)
         left.append(trial.residual.copy())
     slope = given.problem.step.slope
@@ -189,9 +184,9 @@ def test_mean_that_has_no_equilibrium_leaves_the_guess(monkeypatch: pytest.Monke
     _, alone = try_surface_wall(*words, mean_first=False)
     real = surface_step.solve_equilibrium
 
-    def given_up(*arguments: Any) -> tuple[int, int, int]:
+    def given_up(*arguments: Any) -> Verdict:
         real(*arguments)  # what it leaves in its arrays must not be used
-        return NOT_CONVERGED, 9, 9
+        return Verdict(NOT_CONVERGED, 9, 9, 1.0)
 
     monkeypatch.setattr(surface_step, "solve_equilibrium", given_up)
     _, found = try_surface_wall(*words)

@@ -14,7 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from peristalsis.errors import DivergenceError
-from peristalsis.model.equilibrium import CONVERGED, REASONS, LumenConstants, Step, solve_equilibrium
+from peristalsis.model.constants import LumenConstants, Step
+from peristalsis.model.equilibrium import History, solve_equilibrium
+from peristalsis.model.problem import Limits, Unknowns
+from peristalsis.model.verdicts import CONVERGED, REASONS
 from peristalsis.numerics.rates import rate_formula
 from peristalsis.pellet.body import pellet_of
 from peristalsis.pellet.shapes.sphere import ShapeConstants as Sphere
@@ -119,34 +122,18 @@ class ManufacturedMotion:
         along, around = self.drives(corners)
         return np.asarray(along), np.asarray(around)
 
-    def _solve(
-        self,
-        guess: Floats,
-        history: Floats,
-        velocity_history: Floats,
-        stretch_history: Floats,
-        hoop_history: Floats,
-        slope: float,
-    ) -> Floats:
+    def _solve(self, guess: Floats, history: History, slope: float) -> Floats:
         rho, zeta = guess[0].copy(), guess[1].copy()
-        code, iterations, _ = solve_equilibrium(
-            rho,
-            zeta,
-            np.zeros(rho.size),
-            np.array([self.pressure, 0.0, 0.0]),
+        code, iterations, *_ = solve_equilibrium(
+            Unknowns(rho, zeta, np.zeros(rho.size), np.array([self.pressure, 0.0, 0.0])),
             history,
-            velocity_history,
-            stretch_history,
-            hoop_history,
-            *self._corner_drives(),
+            np.stack(self._corner_drives()),
             np.zeros(rho.size),
             Step(slope, True, 0.0, 0.0),
             self.wall,
             NO_PELLET,
             LumenConstants(self.pressure, 1.0, 0.0),
-            max(1e-12, 1e-14 * self.length / self.wall.element_size**2),
-            1e-12,
-            60,
+            Limits(max(1e-12, 1e-14 * self.length / self.wall.element_size**2), 1e-12, 60),
         )
         if code != CONVERGED:
             raise DivergenceError(f"no equilibrium after {iterations} iterations: {REASONS[code]}")
@@ -162,10 +149,12 @@ class ManufacturedMotion:
         _, hoop, _, hoop_rate = self.stretches(z, t)
         found = self._solve(
             exact,
-            exact - velocity / slope,
-            velocity - acceleration / slope + force,
-            along - along_rate / slope,
-            hoop - hoop_rate / slope,
+            History(
+                exact - velocity / slope,
+                velocity - acceleration / slope + force,
+                along - along_rate / slope,
+                hoop - hoop_rate / slope,
+            ),
             slope,
         )
         return float(np.abs(found - exact).max())
@@ -183,10 +172,12 @@ class ManufacturedMotion:
             along, along_before = (self._along(x) for x in (now, before))
             found = self._solve(
                 now + dt * v_now,
-                history,
-                formula.history(v_now, v_before) + force,
-                formula.history(along, along_before),
-                history[0] / self.wall.radius,
+                History(
+                    history,
+                    formula.history(v_now, v_before) + force,
+                    formula.history(along, along_before),
+                    history[0] / self.wall.radius,
+                ),
                 formula.inverse,
             )
             velocity = (found - history) * formula.inverse

@@ -17,7 +17,9 @@ from scipy.optimize import brentq
 from peristalsis.errors import DivergenceError
 from peristalsis.inputs.build import build
 from peristalsis.model.constants import LumenConstants, Step
-from peristalsis.model.equilibrium import CONVERGED, REASONS, solve_equilibrium
+from peristalsis.model.equilibrium import History, solve_equilibrium
+from peristalsis.model.problem import Limits, Unknowns
+from peristalsis.model.verdicts import CONVERGED, REASONS, Verdict
 from peristalsis.numerics.block_band import PADDING, ROWS
 from peristalsis.pellet.body import pellet_of
 from peristalsis.pellet.shapes.sphere import ShapeConstants as Sphere
@@ -186,30 +188,27 @@ def settle(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, driv
     """
     n = rho.size
     tolerance = max(1e-12, 1e-14 * zeta[-1] / wall.element_size**2)
-    none, two = np.zeros(n), np.zeros((2, n))
-    code, iterations, _ = solve_equilibrium(
-        rho,
-        zeta,
+    two, drives = np.zeros((2, n)), np.zeros((2, 2 * n - 2))
+    drives[1] = drive
+    verdict = solve_equilibrium(
+        Unknowns(rho, zeta, np.zeros(n), np.array([pressure, 0.0, 0.0])),
+        History(two, two, np.ones(n - 1), np.ones(n)),
+        drives,
         np.zeros(n),
-        np.array([pressure, 0.0, 0.0]),
-        two,
-        two,
-        np.ones(n - 1),
-        np.ones(n),
-        np.zeros(2 * n - 2),
-        np.full(2 * n - 2, drive),
-        none,
         Step(0.0, False, 0.0, 0.0),
         wall,
         NO_PELLET,
         LumenConstants(pressure, 1.0, 0.0),
-        tolerance,
-        1e-12,
-        100,
+        Limits(tolerance, 1e-12, 100),
     )
-    if code != CONVERGED:
-        raise DivergenceError(f"no equilibrium after {iterations} iterations: {REASONS[code]}")
-    return iterations
+    _require(verdict)
+    return verdict.iterations
+
+
+def _require(verdict: Verdict) -> None:
+    """Raise DivergenceError unless there is an equilibrium."""
+    if verdict.code != CONVERGED:
+        raise DivergenceError(f"no equilibrium after {verdict.iterations} iterations: {REASONS[verdict.code]}")
 
 
 def relax(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, duration: float, steps: int) -> None:
@@ -218,28 +217,17 @@ def relax(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, durat
     Raises DivergenceError where a step finds no equilibrium.
     """
     n, slope = rho.size, steps / duration
-    none = np.zeros(n)
     for _ in range(steps):
-        history = np.stack([rho, zeta])
-        code, iterations, _ = solve_equilibrium(
-            rho,
-            zeta,
+        stretch = np.hypot(np.diff(rho), np.diff(zeta)) / wall.element_size
+        verdict = solve_equilibrium(
+            Unknowns(rho, zeta, np.zeros(n), np.array([pressure, 0.0, 0.0])),
+            History(np.stack([rho, zeta]), np.zeros((2, n)), stretch, rho / wall.radius),
+            np.zeros((2, 2 * n - 2)),
             np.zeros(n),
-            np.array([pressure, 0.0, 0.0]),
-            history,
-            np.zeros((2, n)),
-            np.hypot(np.diff(rho), np.diff(zeta)) / wall.element_size,
-            rho / wall.radius,
-            np.zeros(2 * n - 2),
-            np.zeros(2 * n - 2),
-            none,
             Step(slope, False, 0.0, 0.0),
             wall,
             NO_PELLET,
             LumenConstants(pressure, 1.0, 0.0),
-            1e-11,
-            1e-12,
-            100,
+            Limits(1e-11, 1e-12, 100),
         )
-        if code != CONVERGED:
-            raise DivergenceError(f"no equilibrium after {iterations} iterations: {REASONS[code]}")
+        _require(verdict)

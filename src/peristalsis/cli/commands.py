@@ -56,7 +56,9 @@ def root(
     show_version: Annotated[bool, typer.Option("--version", help="Show the version and stop.")] = False,
     plugin: Annotated[
         list[str] | None,
-        typer.Option("--plugin", metavar="FILE", help="Your own cell, law, shape, output, scenario or figure; repeat."),
+        typer.Option(
+            "--plugin", metavar="FILE", help="Your own part, such as a cell, output, scenario or figure; repeat."
+        ),
     ] = None,
 ) -> Job | None:
     """Electromechanical model of colonic propulsion: waves in two muscle layers, a soft wall, a pellet."""
@@ -110,7 +112,7 @@ def run_(
 
     The folder holds result.nc (every output with its unit), summary.json, config.toml and pictures. It
     appears complete or not at all. A run that diverges or is interrupted stores its history up to there. Checkpoints
-    are written on the way: after a kill or a crash, --resume goes on from the last one, to the same bits.
+    are written on the way: after a kill or a crash, --resume goes on from the last one; the result is bit-identical.
     """
     from .running import Order, run
 
@@ -122,11 +124,12 @@ def run_(
 @app.command("list", epilog=epilog("list"))
 def list_(
     what: Annotated[
-        str | None, typer.Argument(metavar="[WHAT]", help="scenarios, readings, cells, laws or shapes.")
+        str | None,
+        typer.Argument(metavar="[WHAT]", help="scenarios, readings, cells, activations, laws, muscles or shapes."),
     ] = None,
     as_json: Json = False,
 ) -> Job:
-    """List scenarios and readings, or the cells, laws and shapes that can be chosen.
+    """List scenarios and readings, or the cells, laws, shapes and other parts that can be chosen.
 
     Each scenario with what is expected of it, each reading of the paper with its reason; parts with their numbers.
     """

@@ -22,7 +22,7 @@ EXAMPLES = {
         "peristalsis run --config my.toml --out out/mine --resume",
         "peristalsis run baseline --set 'run.duration=1 s' --certain --out out/sure",
     ),
-    "list": ("peristalsis list", "peristalsis list cells", "peristalsis list laws --json"),
+    "list": ("peristalsis list", "peristalsis list cells", "peristalsis list laws --json", "peristalsis list muscles"),
     "show": (
         "peristalsis show baseline",
         "peristalsis show baseline pellet --reading printed",

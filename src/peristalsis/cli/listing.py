@@ -59,6 +59,7 @@ def _plain(part: Part) -> dict[str, Any]:
         "title": part.title,
         "from": part.origin,
         "states": list(part.states),
+        "calcium": dict(zip(("state", "unit"), part.calcium, strict=True)) if part.calcium[0] else None,
         "channels": [one.name for one in part.channels],
         "parameters": [
             {"name": one.name, "value": one.value, "unit": one.unit, "tag": one.tag, "source": one.source}

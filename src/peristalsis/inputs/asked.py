@@ -13,6 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from .. import units
+from .choices import LAYERS
 from .config import Configuration
 from .consistency import PARAMETERS_OF_PLANT
 from .parameters import PARAMETERS, shipped
@@ -125,6 +126,12 @@ def _parts(c: Configuration) -> Iterator[str]:
         keys |= dict.fromkeys(("tissue.kinetics_rate", "tissue.capacitance"), f"tissue.cell = {c.cell_of('circular')}")
     if c.wall.law != SHIPPED["law"]:
         keys |= {f"wall.{name}": f"wall.law = {c.wall.law}" for name in LAW_NUMBERS}
+    if c.wall.muscle != SHIPPED["muscle"]:
+        keys |= {f"{layer}.{name}": f"wall.muscle = {c.wall.muscle}" for layer in LAYERS for name in ("c7", "c8", "c9")}
+    for layer in LAYERS:
+        driven = c.activation_of(layer).name
+        if driven != SHIPPED["activation"]:
+            keys[f"{layer}.threshold"] = f"{layer}.activation = {driven}"
     for key, why in keys.items():
         if ours[key] != plain[key].value:
             yield f"{key} is set and has no effect: {why}"

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import cache
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -14,7 +12,7 @@ from ..control.pacemaker import Outlet, Source
 from ..control.pulses import Listed, Pulse, listed
 from ..control.reflex import Reflex
 from ..control.sequence import Trigger
-from ..errors import ConfigurationError, shown
+from ..errors import ConfigurationError
 from ..geometry.grid import Grid
 from ..model.constants import LumenConstants
 from ..model.model import ExplicitScheme, Layer, Model, Network, PacemakerCell, Response
@@ -24,12 +22,10 @@ from ..tissue.cell import PLANT, SHIPPED_CELL, Cell, described
 from ..tissue.cells.plant import CHANNELS, CellConstants
 from ..tissue.surface import Conductivities
 from ..units import to_internal
-from ..wall.active import ActiveConstants
-from ..wall.checking import faults
 from ..wall.constants import SurfaceConstants, WallConstants
 from .config import Configuration
 from .config import Layer as LayerConfiguration
-from .parts import SHIPPED as SHIPPED_PARTS
+from .muscle import LAW_SLOT, MUSCLE_SLOT, active_constants, muscle_of_layer, passive_constants
 from .parts import find
 from .regions.sampling import factor_field
 from .shape import SLOT as SHAPE_SLOT
@@ -40,8 +36,9 @@ Floats = NDArray[np.float64]
 
 def bound_to(configuration: Configuration) -> Binding:
     """The kernels of wall, pellet and step with the parts that a configuration chooses in their slots."""
-    law, shape = find("law", configuration.wall.law), find("shape", configuration.pellet.shape)
-    return bind({"wall.laws.tong_fung": law.file, SHAPE_SLOT: shape.file})
+    law, muscle = find("law", configuration.wall.law), find("muscle", configuration.wall.muscle)
+    shape = find("shape", configuration.pellet.shape)
+    return bind({LAW_SLOT: law.file, MUSCLE_SLOT: muscle.file, SHAPE_SLOT: shape.file})
 
 
 def build(configuration: Configuration, like: Model | None = None, since: Configuration | None = None) -> Model:
@@ -257,6 +254,7 @@ def _layer(c: Configuration, name: str, grid: Grid) -> Layer:
         ),
         constants=constants,
         cell=cell,
+        **muscle_of_layer(c, name)._asdict(),
     )
 
 
@@ -275,34 +273,6 @@ def _factors(
     return 1.0 if field is None else field
 
 
-def _passive(c: Configuration, binding: Binding) -> Any:
-    """The `PassiveConstants` of the chosen law."""
-    w, part = c.wall, find("law", c.wall.law)
-    try:
-        law = binding.module("wall.passive")
-    except Exception as error:  # whatever the user's file does when it is imported
-        raise ConfigurationError(
-            f"wall.law = {part.name}: {shown(str(part.file))} cannot be taken up: {shown(str(error), 200)}; a law has "
-            "PassiveConstants and strain_energy"
-        ) from None
-    if part.name == SHIPPED_PARTS["law"]:
-        return law.PassiveConstants(w.c1, w.c2, w.c3, w.c4, w.c5, w.c6, w.c10)
-    fault = None if part.origin == "peristalsis" else _fault(law)
-    if fault is not None:
-        raise ConfigurationError(f"wall.law = {part.name}: {shown(str(part.file))}: {fault}; correct the file")
-    return law.PassiveConstants(**c.part_numbers("wall", part))
-
-
-@cache
-def _fault(law: ModuleType) -> str | None:
-    """What is wrong with a law from outside of the package, at the values that it declares; None if nothing is."""
-    try:
-        found = faults(law, law.PassiveConstants(*(one.value for one in law.PARAMETERS)))
-    except Exception as error:  # whatever numba or the user's formulas say
-        return f"its functions cannot be used: {shown(str(error), 300)}"
-    return found[0] if found else None
-
-
 def _wall(c: Configuration, grid: Grid, binding: Binding) -> WallConstants:
     w = c.wall
     return WallConstants(
@@ -317,9 +287,9 @@ def _wall(c: Configuration, grid: Grid, binding: Binding) -> WallConstants:
         fold_stretch=w.fold_stretch,
         fold_tension=w.fold_tension,
         published=w.tension == "published",
-        passive=_passive(c, binding),
-        longitudinal=ActiveConstants(c.longitudinal.c7, c.longitudinal.c8, c.longitudinal.c9),
-        circular=ActiveConstants(c.circular.c7, c.circular.c8, c.circular.c9),
+        passive=passive_constants(c, binding),
+        longitudinal=active_constants(c, "longitudinal", binding),
+        circular=active_constants(c, "circular", binding),
     )
 
 

@@ -1,7 +1,8 @@
 """Parts chosen in a configuration, and their numbers: `wall.law = "neo_hookean"`, `wall.neo_hookean.stiffness = ...`.
 
-A cell may be chosen for both layers (`tissue.cell`) or for one (`longitudinal.cell`, `circular.cell`); so may its
-numbers: `tissue.morris_lecar.calcium` is that of both layers, `circular.morris_lecar.calcium` that of one.
+A cell or an activation may be chosen for both layers (`tissue.cell`) or for one (`longitudinal.cell`, `circular.cell`);
+so may its numbers: `tissue.morris_lecar.calcium` is that of both layers, `circular.morris_lecar.calcium` that of one.
+Both layers have one kind of muscle, with numbers of both (`wall.bell.peak`) or of one (`circular.bell.peak`).
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import Any
 from .. import units
 from ..declared import Declared
 from ..errors import ConfigurationError, UnknownKeyError, shown, suggestion
-from .parts import SHIPPED, Part, find, parts
+from .parts import KINDS, SHIPPED, Part, find, parts
 
 LAYERS = ("longitudinal", "circular")
 SLOTS: Mapping[str, str] = {
@@ -21,14 +22,27 @@ SLOTS: Mapping[str, str] = {
     "longitudinal.cell": "cell",
     "circular.cell": "cell",
     "network.cell": "cell",
+    "tissue.activation": "activation",
+    "longitudinal.activation": "activation",
+    "circular.activation": "activation",
     "wall.law": "law",
+    "wall.muscle": "muscle",
     "pellet.shape": "shape",
 }
 """Parameter that chooses a part to the kind of it."""
-SECTIONS: Mapping[str, str] = {key.partition(".")[0]: kind for key, kind in SLOTS.items()}
-"""Section to the kind of part whose numbers stand below it."""
+SECTIONS: Mapping[str, tuple[str, ...]] = {
+    "tissue": ("cell", "activation"),
+    "longitudinal": ("cell", "activation", "muscle"),
+    "circular": ("cell", "activation", "muscle"),
+    "network": ("cell",),
+    "wall": ("law", "muscle"),
+    "pellet": ("shape",),
+}
+"""Section to the kinds of parts whose numbers stand below it."""
+HOMES: Mapping[str, str] = {kind: next(key for key in SLOTS if SLOTS[key] == kind).partition(".")[0] for kind in KINDS}
+"""Kind of a part to the section of those of its numbers that no layer has for itself."""
 COMMON = "tissue"
-"""What `longitudinal.cell` and `circular.cell` say to have the cell of the tissue."""
+"""What `longitudinal.cell` and `circular.cell` say to have the cell of the tissue; so do those of activations."""
 
 
 def declared(key: object) -> Declared | None:
@@ -36,8 +50,13 @@ def declared(key: object) -> Declared | None:
     words = key.split(".") if isinstance(key, str) else []
     if len(words) != 3 or words[0] not in SECTIONS:
         return None
-    part = parts(SECTIONS[words[0]]).get(words[1])
+    part = _part_of(words[0], words[1])
     return next((one for one in part.numbers if one.name == words[2]), None) if part else None
+
+
+def _part_of(section: str, name: str) -> Part | None:
+    """The known part of a name whose numbers stand below a section."""
+    return next((part for kind in SECTIONS[section] if (part := parts(kind).get(name))), None)
 
 
 def is_of_part(key: str) -> bool:
@@ -53,20 +72,21 @@ def has_effect(key: str, slots: Mapping[str, Part]) -> bool:
 def is_channel(key: str) -> bool:
     """Whether a key stands for the conductance of a channel of a known cell."""
     words = key.split(".")
-    part = parts("cell").get(words[1]) if len(words) == 3 and SECTIONS.get(words[0]) == "cell" else None
+    part = parts("cell").get(words[1]) if len(words) == 3 and "cell" in SECTIONS.get(words[0], ()) else None
     return part is not None and words[2] in [one.name for one in part.channels]
 
 
 def refuse_unknown(key: str) -> None:
     """Say what is wrong with a key of three names that `declared` does not know."""
     section, name, number = key.split(".")
-    kind = SECTIONS[section]
-    part = parts(kind).get(name)
+    part = _part_of(section, name)
     if part is None:
-        raise UnknownKeyError(f"{shown(key)}: {shown(name)} is no {kind}; {suggestion(name, parts(kind))}")
+        kinds = SECTIONS[section]
+        known = [one for kind in kinds for one in parts(kind)]
+        raise UnknownKeyError(f"{shown(key)}: {shown(name)} is no {' and no '.join(kinds)}; {suggestion(name, known)}")
     names = [one.name for one in part.numbers]
     fix = suggestion(number, names) if names else f"those of {name} stand in its sections (peristalsis list)"
-    raise UnknownKeyError(f"{shown(key)} is not a parameter of the {kind} {name}; {fix}")
+    raise UnknownKeyError(f"{shown(key)} is not a parameter of the {part.kind} {name}; {fix}")
 
 
 def chosen(values: Mapping[str, Any]) -> dict[str, Part]:
@@ -76,8 +96,8 @@ def chosen(values: Mapping[str, Any]) -> dict[str, Part]:
         name = values[key]
         if not isinstance(name, str):
             raise ConfigurationError(f"{key} = {shown(name)}: not the name of a {kind}; {suggestion('', parts(kind))}")
-        if key in ("longitudinal.cell", "circular.cell") and name == COMMON:
-            name = values["tissue.cell"]
+        if key.partition(".")[0] in LAYERS and name == COMMON:
+            name = values[f"{COMMON}.{kind}"]
         try:
             found[key] = find(kind, name)
         except ConfigurationError as error:
@@ -112,7 +132,10 @@ def complete(given: Mapping[str, Any], slots: Mapping[str, Part]) -> tuple[tuple
     for key in given:
         if key not in used:
             section, name, _ = key.split(".")
-            slot = f"{section}.{SECTIONS[section]}"
+            part = _part_of(section, name)
+            assert part is not None
+            slot = f"{section}.{part.kind}"
+            slot = slot if slot in SLOTS else f"{HOMES[part.kind]}.{part.kind}"
             if slot not in slots:
                 raise ConfigurationError(
                     f"{key} is set, and network.enabled = false: it would have no effect; set network.enabled = true, "
@@ -133,13 +156,16 @@ def complete(given: Mapping[str, Any], slots: Mapping[str, Part]) -> tuple[tuple
 
 def _used(slots: Mapping[str, Part]) -> Iterator[tuple[str, Declared]]:
     """Every key that has a meaning with these parts."""
-    for part in {slots[f"{layer}.cell"].name: slots[f"{layer}.cell"] for layer in LAYERS}.values():
-        for one in part.numbers:
-            yield f"tissue.{part.name}.{one.name}", one
-    for key, part in slots.items():
-        if key != "tissue.cell" and (part.name != SHIPPED[part.kind] or key == "network.cell"):
+    for kind in ("cell", "activation"):
+        for part in {slots[f"{layer}.{kind}"].name: slots[f"{layer}.{kind}"] for layer in LAYERS}.values():
             for one in part.numbers:
-                yield f"{key.partition('.')[0]}.{part.name}.{one.name}", one
+                yield f"{COMMON}.{part.name}.{one.name}", one
+    for key, part in slots.items():
+        section = key.partition(".")[0]
+        if section != COMMON and (part.name != SHIPPED[part.kind] or key == "network.cell"):
+            for own in (section, *LAYERS) if part.kind == "muscle" else (section,):
+                for one in part.numbers:
+                    yield f"{own}.{part.name}.{one.name}", one
 
 
 def _number(key: str, value: object, one: Declared) -> float:

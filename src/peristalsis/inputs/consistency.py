@@ -9,10 +9,10 @@ import math
 from typing import TYPE_CHECKING
 
 from peristalsis import units
-from peristalsis.errors import ConfigurationError, suggestion
+from peristalsis.errors import ConfigurationError, shown, suggestion
 from peristalsis.inputs.choices import declared
 from peristalsis.inputs.parameters import PARAMETERS
-from peristalsis.inputs.parts import SHIPPED, parts
+from peristalsis.inputs.parts import SHIPPED, Part, parts
 from peristalsis.inputs.recording import Recording, planned
 from peristalsis.inputs.regions import check as check_regions
 
@@ -65,6 +65,8 @@ def _check_parts(config: Configuration) -> None:
                 f"{layer}.cell", cell.name, "the explicit scheme has the cell of the paper only",
                 f"use {shipped}, or solver.integrator = implicit",
             )  # fmt: skip
+        if layer != "network":
+            _check_activation(config, layer, cell)
         channels = {one.name for one in cell.channels} if cell.name != shipped else set(plants)
         others = {one.name for kind in parts("cell").values() for one in kind.channels} | set(plants)
         for region in config.regions:
@@ -84,6 +86,35 @@ def _check_parts(config: Configuration) -> None:
                         f"{layer}.cell is {cell.name}, which has no such channel",
                         f"use {layer}.{cell.name}.{cell.channels[0].name if cell.channels else '...'}",
                     )  # fmt: skip
+
+
+def _check_activation(config: Configuration, layer: str, cell: Part) -> None:
+    """Whether the activation of a layer can be had with its cell and the scheme."""
+    part, key = config.activation_of(layer), f"{layer}.activation"
+    if part.name != SHIPPED["activation"] and config.solver.integrator == "explicit":
+        _refuse(
+            key, part.name, "the explicit scheme has the activation of the paper only",
+            f"use {SHIPPED['activation']}, or solver.integrator = implicit",
+        )  # fmt: skip
+    if not part.reads_calcium:
+        return
+    state, unit = cell.calcium
+    if not state:
+        able = sorted(one.name for one in parts("cell").values() if one.calcium[0])
+        _refuse(
+            key, part.name, f"the cell {cell.name} of the layer has no calcium",
+            f"use {SHIPPED['activation']}, or one of the cells that have: {', '.join(able)}",
+        )  # fmt: skip
+    if not unit:
+        _refuse(
+            key, part.name, f"the cell {cell.name} does not say in which unit its {state} is",
+            f'write CALCIUM_STATE = ("{state}", "uM"), or what it is, into {shown(str(cell.file))}',
+        )  # fmt: skip
+    if unit == units.DIMENSIONLESS and "calcium_unit" not in {one.name for one in part.parameters}:
+        _refuse(
+            key, part.name, f"calcium of the cell {cell.name} has no unit, and {part.name} does not say what 1 is",
+            "declare calcium_unit [uM] among its PARAMETERS, or use another cell",
+        )  # fmt: skip
 
 
 def _check_protocols(config: Configuration) -> None:
@@ -107,7 +138,7 @@ def _check_grid(config: Configuration) -> None:
     columns = grid.conduction_columns
     if 1 < grid.n_theta < FEWEST_COLUMNS:
         fix = f"use 1 (axisymmetric) or at least {FEWEST_COLUMNS}"
-        _refuse("grid.n_theta", str(grid.n_theta), "so few columns make no ring", fix)
+        _refuse("grid.n_theta", str(grid.n_theta), "too few columns for a ring", fix)
     if columns % grid.n_theta != 0 or (grid.n_theta == 1 and columns != 1):
         cause, fix = "grid.n_theta = 1 is the axisymmetric model", "use 0, or more columns of wall"
         if grid.n_theta > 1:

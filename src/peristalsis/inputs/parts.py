@@ -1,4 +1,4 @@
-"""Which cells, laws and shapes there are: the package's own, those of installed packages, those of the user's files.
+"""Which parts there are, cells, laws, shapes and others: the package's, those of installed packages, the user's files.
 
 A part is one Python file that says what it is: KIND, NAME, TITLE and PARAMETERS, written out as literals. They are read
 from the text without executing it, so that a configuration is checked without compiling anything. The file itself is
@@ -27,9 +27,21 @@ from ..errors import ConfigurationError, shown, suggestion
 from ..paths import located
 
 PACKAGE = Path(__file__).parents[1]
-KINDS: Mapping[str, str] = {"cell": "tissue/cells", "law": "wall/laws", "shape": "pellet/shapes"}
+KINDS: Mapping[str, str] = {
+    "cell": "tissue/cells",
+    "activation": "tissue/activations",
+    "law": "wall/laws",
+    "muscle": "wall/muscles",
+    "shape": "pellet/shapes",
+}
 """Kind of a part to the folder of those that the package ships."""
-SHIPPED: Mapping[str, str] = {"cell": "plant", "law": "tong_fung", "shape": "sphere"}
+SHIPPED: Mapping[str, str] = {
+    "cell": "plant",
+    "activation": "depolarisation",
+    "law": "tong_fung",
+    "muscle": "parabola",
+    "shape": "sphere",
+}
 """The part that stands in the slot unless another is chosen; its numbers are parameters of the configuration itself."""
 GROUP = "peristalsis.parts"
 """Entry points of installed packages: each names a module that is a part."""
@@ -38,6 +50,8 @@ VARIABLE = "PERISTALSIS_PLUGINS"
 CODE_VARIABLE = "PERISTALSIS_PLUGIN_CODE"
 """Files that are executed, in the same way (`plugins`)."""
 LARGEST_FILE = 1_000_000
+UNITS_OF_CALCIUM: Mapping[str, float] = {"M": 1e6, "mM": 1e3, "uM": 1.0, "nM": 1e-3, "1": 1.0}
+"""Unit in which a cell may have its calcium to its size in uM; 1 is what an activation says that it stands for."""
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,62}")
 
@@ -46,7 +60,9 @@ _NAME = re.compile(r"[a-z][a-z0-9_]{0,62}")
 class Part:
     """What a file says of itself. parameters: of all; channels: conductances of a cell, whose names regions know.
 
-    states: names of a cell's states. origin: "peristalsis", the name of an installed package, or the file.
+    states: names of the states of a cell or an activation. origin: "peristalsis", the name of an installed package, or
+    the file. calcium: name and unit of a cell's calcium, both empty without any; the unit is "1" for a mere number.
+    reads_calcium: whether an activation does.
     """
 
     kind: str
@@ -57,6 +73,8 @@ class Part:
     channels: tuple[Declared, ...] = ()
     states: tuple[str, ...] = ()
     origin: str = "peristalsis"
+    calcium: tuple[str, str] = ("", "")
+    reads_calcium: bool = False
 
     @property
     def numbers(self) -> tuple[Declared, ...]:
@@ -79,6 +97,12 @@ def register(file: str | os.PathLike[str] | ModuleType) -> Part:
         raise ConfigurationError(
             f"{shown(str(place))}: {part.kind} {part.name} is there already, in {shown(str(other.file))}; give it "
             "another NAME"
+        )
+    namesake = next((one for kind in KINDS if (one := parts(kind).get(part.name)) and one.kind != part.kind), None)
+    if namesake is not None:
+        raise ConfigurationError(
+            f"{shown(str(place))}: {part.name} is the name of a {namesake.kind} already, and numbers go by it; "
+            "give it another NAME"
         )
     if str(place) not in _registered:
         _registered[str(place)] = place
@@ -171,7 +195,8 @@ def read_part(file: Path, origin: str | None = None) -> Part:
         )
     parameters = _numbers(said, "PARAMETERS", file)
     channels = _numbers(said, "CONDUCTANCES", file)
-    states: tuple[str, ...] = ()
+    states: tuple[str, ...] = tuple(state[0] for state in said.get("STATES", ()))
+    calcium = ("", "")
     if kind == "cell":
         names = tuple(one.name for one in channels)
         if name != SHIPPED["cell"] and said.get("CHANNELS") != names:
@@ -179,11 +204,31 @@ def read_part(file: Path, origin: str | None = None) -> Part:
                 f"{where}: CHANNELS = {shown(said.get('CHANNELS'))} and CONDUCTANCES = {shown(names)} name different "
                 "channels; name the same in the same order"
             )
-        states = tuple(state[0] for state in said.get("STATES", ()))
+        calcium = _calcium(said, states, where)
         if name != SHIPPED["cell"]:
             parameters = _with_tissue(parameters, float(said.get("CAPACITANCE", 1.0)))
     own = origin or ("peristalsis" if file.is_relative_to(PACKAGE) else str(file))
-    return Part(kind, name, str(said.get("TITLE", name)), file, parameters, channels, states, own)
+    reads = said.get("READS_CALCIUM", False) is True
+    return Part(kind, name, str(said.get("TITLE", name)), file, parameters, channels, states, own, calcium, reads)
+
+
+def _calcium(said: Mapping[str, Any], states: tuple[str, ...], where: str) -> tuple[str, str]:
+    """Name and unit of a cell's calcium; without its word for it, that of a state of this name, in no known unit."""
+    given = said.get("CALCIUM_STATE", ("calcium" if "calcium" in states else "", ""))
+    if not (isinstance(given, tuple) and len(given) == 2 and all(isinstance(one, str) for one in given)):
+        raise ConfigurationError(
+            f'{where}: CALCIUM_STATE = {shown(given)}; write name and unit of a state, such as ("calcium", "uM")'
+        )
+    name, unit = given
+    if name and name not in states:
+        raise ConfigurationError(
+            f"{where}: CALCIUM_STATE: {shown(name)} is none of STATES: {', '.join(states)}; name one of them"
+        )
+    if unit not in ("", *UNITS_OF_CALCIUM):
+        raise ConfigurationError(
+            f"{where}: CALCIUM_STATE: unit {shown(unit)} is none of {', '.join(UNITS_OF_CALCIUM)}; use one of them"
+        )
+    return name, unit
 
 
 def _with_tissue(parameters: tuple[Declared, ...], capacitance: float) -> tuple[Declared, ...]:
@@ -196,7 +241,7 @@ def _with_tissue(parameters: tuple[Declared, ...], capacitance: float) -> tuple[
     return (*parameters, *(one for one in both if one.name not in own))
 
 
-_SAID = ("KIND", "NAME", "TITLE", "PARAMETERS", "CONDUCTANCES", "CHANNELS", "STATES", "CAPACITANCE")
+_SAID = ("KIND", "NAME", "TITLE", "PARAMETERS", "CONDUCTANCES", "CHANNELS", "STATES", "CAPACITANCE", "CALCIUM_STATE")
 
 
 def _literals(tree: ast.Module, where: str) -> dict[str, Any]:

@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import ConfigurationError, DivergenceError, shown
 from ..model.ends import BULGE, bulges
 from ..model.explicit.limits import Limits
-from ..model.model import Model
+from ..model.model import Layer, Model
 from ..model.state import State
 from ..numerics.roots import find_root
 from ..tissue.resolution import columns_for_speed, front_foot, relative_front_speed
@@ -112,13 +112,14 @@ def largest_pull(model: Model) -> float:
     pellet, wall = model.pellet, model.wall
     active_tension = model.binding.module("wall.active").active_tension
 
-    def best(muscle: Any, force: float, threshold: float, longest: float) -> float:
-        parabola = max(active_tension(float(stretch), muscle)[0] for stretch in np.linspace(0.2, longest, 200))
-        return force * max(PEAK - threshold, 0.0) * parabola
+    def best(muscle: Any, layer: Layer, longest: float) -> float:
+        tension = max(active_tension(float(stretch), muscle)[0] for stretch in np.linspace(0.2, longest, 200))
+        drive = layer.activation.kernels.largest_drive(PEAK, layer.activation_constants)
+        return float(np.max(layer.force_factor)) * drive * tension
 
-    along = best(wall.longitudinal, float(np.max(model.longitudinal.force_factor)), model.longitudinal.threshold, 1.0)
+    along = best(wall.longitudinal, model.longitudinal, 1.0)
     girth = max(pellet.radius / wall.radius, 1.0)
-    around = best(wall.circular, float(np.max(model.circular.force_factor)), model.circular.threshold, girth)
+    around = best(wall.circular, model.circular, girth)
     return 2.0 * math.pi * wall.radius * along + math.pi * pellet.radius * around
 
 

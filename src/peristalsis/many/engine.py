@@ -1,6 +1,6 @@
 """Carries out many runs: what is kept is not run again, equal ones are run once, the rest in any number of processes.
 
-How a run is kept is the affair of a `Keeping`: as a whole result in a folder (`batch`), or as what is measured of it
+A `Keeping` decides how a run is kept: as a whole result in a folder (`batch`), or as what is measured of it
 (`sweep`).
 """
 

@@ -23,6 +23,20 @@ class WallArrays(NamedTuple):
     drive: Floats
 
 
+class StrainedSurface(NamedTuple):
+    """What the tensions of a wall on the whole surface follow from.
+
+    axial, hoop: stretches of the edges along z (n - 1, m) and around the ring (n, m); their rates and the drives in the
+    shapes of `WallState`.
+    """
+
+    axial: Floats
+    hoop: Floats
+    axial_rate: Floats
+    hoop_rate: Floats
+    drive: Floats
+
+
 class NewWall(NamedTuple):
     """The arrays of the `WallState` after a step, to be written by a compiled call."""
 

@@ -73,7 +73,7 @@ class StepNumbers(NamedTuple):
 
 
 @compiled
-def take_apart(arrays: WallArrays, wall: WallConstants) -> np.ndarray:
+def unpack_state(arrays: WallArrays, wall: WallConstants) -> np.ndarray:
     """Contiguous rows of a state, (ROWS, n): lengths [cm], stretches, rates [1/s], drives [mV]."""
     position, stretch_rate, hoop_rate, drive = arrays.position, arrays.stretch_rate, arrays.hoop_rate, arrays.drive
     n = position.shape[0]
@@ -113,7 +113,7 @@ def _total_tensions(rows: np.ndarray, corner: int, wall: WallConstants, totals: 
 def reactions(arrays: WallArrays, pressure: float, wall_numbers: np.ndarray) -> EndReactions:
     """Axial force at the oral and the anal end [mN] and the share of slack corners; see `fields.end_reactions`."""
     wall = unpack_wall(wall_numbers)
-    rows = take_apart(arrays, wall)
+    rows = unpack_state(arrays, wall)
     totals = np.empty((4, arrays.position.shape[0] - 1))
     for corner in range(2):
         _total_tensions(rows, corner, wall, totals)
@@ -155,7 +155,7 @@ def _reactions(
 def touch(arrays: WallArrays, centre: float, pellet_numbers: np.ndarray, wall_numbers: np.ndarray) -> ContactSummary:
     """The contact of a state; constants by `constants.packed`."""
     wall = unpack_wall(wall_numbers)
-    return _touch(take_apart(arrays, wall), arrays.contact, centre, unpack_pellet(pellet_numbers), wall)
+    return _touch(unpack_state(arrays, wall), arrays.contact, centre, unpack_pellet(pellet_numbers), wall)
 
 
 @compiled
@@ -237,7 +237,7 @@ def wall_work(old: WallArrays, new: WallArrays, wall_numbers: np.ndarray) -> Wal
     """
     wall = unpack_wall(wall_numbers)
     totals = np.empty((4, old.position.shape[0] - 1))
-    return _wall_work(take_apart(old, wall), take_apart(new, wall), old.velocity, new.velocity, wall, totals)
+    return _wall_work(unpack_state(old, wall), unpack_state(new, wall), old.velocity, new.velocity, wall, totals)
 
 
 @compiled
@@ -297,7 +297,7 @@ def numbers_of_step(
     In one pass: the states are taken apart once and no tension is computed twice.
     """
     wall = unpack_wall(wall_numbers)
-    before, after = take_apart(old, wall), take_apart(new, wall)
+    before, after = unpack_state(old, wall), unpack_state(new, wall)
     totals = np.empty((4, old.position.shape[0] - 1))
     return StepNumbers(
         work=_wall_work(before, after, old.velocity, new.velocity, wall, totals),

@@ -62,20 +62,19 @@ def drive_of_layer(
     start: np.ndarray,
     indices: np.ndarray,
     weights: np.ndarray,
-    potential: np.ndarray,
-    threshold: float,
+    driven: np.ndarray,
     factor: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Force factor times phi+ [mV] of the half elements, (2 * n_z_wall, n_theta), from (n_z, n_theta) potentials.
+    """Force factor times drive [mV] of the half elements, (2 * n_z_wall, n_theta), from that of cells, (n_z, n_theta).
 
     factor: of every cell, flattened.
     """
     n_theta = out.shape[1]
-    source = np.empty(potential.shape)
-    for cell in range(potential.shape[0]):
+    source = np.empty(driven.shape)
+    for cell in range(driven.shape[0]):
         for j in range(n_theta):
-            source[cell, j] = factor[cell * n_theta + j] * max(potential[cell, j] - threshold, 0.0)
+            source[cell, j] = factor[cell * n_theta + j] * driven[cell, j]
     average(Overlap(start, indices, weights), source, out)
 
 
@@ -86,12 +85,11 @@ def active_force(
     weights: np.ndarray,
     position: np.ndarray,
     element_size: float,
-    potential: np.ndarray,
-    threshold: float,
+    driven: np.ndarray,
     muscle: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """phi+ times the active tension of the longitudinal layer at the conduction cells [mN/cm], (n_z, n_theta).
+    """Drive times the active tension of the longitudinal layer at the conduction cells [mN/cm], (n_z, n_theta).
 
     muscle: the constants of the active law. This is what the trigger rule `active` reads, before any factor on force.
     """
@@ -100,16 +98,14 @@ def active_force(
         for j in range(stretch.shape[1]):
             stretch[e, j] = _stretch(position, e, j, element_size)
     average(Overlap(start, indices, weights), stretch, out)
-    active_force_at(out, potential, threshold, muscle, out)
+    active_force_at(out, driven, muscle, out)
 
 
 @compiled
-def active_force_at(
-    stretch: np.ndarray, potential: np.ndarray, threshold: float, muscle: np.ndarray, out: np.ndarray
-) -> None:
+def active_force_at(stretch: np.ndarray, driven: np.ndarray, muscle: np.ndarray, out: np.ndarray) -> None:
     """`active_force` where the stretch at the cells is known; `out` may be `stretch` itself."""
     constants = unpack_active(muscle, 0)
     for t in range(out.shape[0]):
         for j in range(out.shape[1]):
             force, _ = active_tension(stretch[t, j], constants)
-            out[t, j] = max(potential[t, j] - threshold, 0.0) * force
+            out[t, j] = driven[t, j] * force

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..pellet.body import require_shape
-from ..pellet.friction import CONSTANT, friction_of_step, pressed_on_end, sliding_velocity
+from ..pellet.friction import CONSTANT, Nodes, Shares, Start, friction_of_step, pressed_on_end, sliding_velocity
 from .model import Model
 from .state import PelletState, WallState
 
@@ -29,23 +29,19 @@ def tangential_friction_ahead(model: Model, wall: WallState, pellet: PelletState
 
 def _friction_ahead(model: Model, wall: WallState, pellet: PelletState) -> tuple[float, Floats, Floats]:
     require_shape(model.pellet)
-    weight, tangent = np.empty_like(wall.contact), np.empty_like(wall.contact)
+    shares = Shares(np.empty_like(wall.contact), np.empty_like(wall.contact))
     area = 2.0 * np.pi * model.wall.radius * model.wall.element_size / model.grid.n_theta
+    force = 0.0 if rests_on_end(model, pellet) else pellet.axial_force
     dry = friction_of_step(
-        wall.contact,
-        wall.position,
-        pellet.position,
+        Nodes(wall.contact, wall.position, area),
+        Start(pellet.position, force, dry_friction_now(model, pellet)),
         model.pellet.shape,
-        0.0 if rests_on_end(model, pellet) else pellet.axial_force,
         model.pellet.viscous,
-        dry_friction_now(model, pellet),
         model.pellet.dry,
         model.friction,
-        area,
-        weight,
-        tangent,
+        shares,
     )
-    return dry, weight, tangent
+    return dry, shares.weight, shares.tangent
 
 
 def dry_friction_now(model: Model, pellet: PelletState) -> float:

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from ..errors import DivergenceError
 from ..numerics.compiled import compiled
 from ..tissue.cell import SHIPPED_CELL, Cell
-from .equilibrium import TENSION_SCALE
 from .model import Model
 from .ranges import between, outside
 from .report import StepReport
 from .schemes.choice import scheme_of
 from .state import SheetState, State, WallState
 from .step import advance
+from .verdicts import TENSION_SCALE
 
 Floats = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ def advance_safely(model: Model, state: State, halvings: int = HALVINGS) -> tupl
 def violation(model: Model, state: State) -> str | None:
     """What is wrong with a state, naming field and place, or None: not finite, or beyond what any tissue can be."""
     found = None if _sound(model, state) else _first_wrong(model, state)
-    found = found or scheme_of(model).stretch_fault(model, state.wall)
+    found = found or _muscles(model, state) or scheme_of(model).stretch_fault(model, state.wall)
     if found is not None:
         return found
     pellet = state.pellet
@@ -156,6 +156,20 @@ def _sheet(model: Model, name: str, cell: Cell, sheet: SheetState) -> str | None
         bad = outside(values, low, high, places)
         if bad is not None:
             return f"{name} gate {gate} {bad}"
+    return None
+
+
+def _muscles(model: Model, state: State) -> str | None:
+    """What is wrong with the states of the muscles' own, which most activations have none of."""
+    for name, layer, sheet in (
+        ("longitudinal", model.longitudinal, state.longitudinal),
+        ("circular", model.circular, state.circular),
+    ):
+        for (own, low, high), values in zip(layer.activation.states, sheet.muscle, strict=True):
+            margin = ROUNDOFF * min(1.0, abs(high))
+            bad = outside(values, low - margin, high + margin, model.grid.cells)
+            if bad is not None:
+                return f"{name} muscle {own} {bad}"
     return None
 
 

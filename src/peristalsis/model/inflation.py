@@ -24,8 +24,10 @@ from ..wall.membrane import nominal_tensions
 from ..wall.passive import passive_tension
 from . import refusal
 from .constants import LumenConstants, Step, packed
-from .equilibrium import CONVERGED, KNOWN, NOT_CONVERGED, ROUNDED, solve_packed, workspace
+from .equilibrium import PackedConstants, solve_packed
 from .model import Model
+from .problem import KNOWN, Limits, Unknowns, workspace
+from .verdicts import CONVERGED, NOT_CONVERGED, ROUNDED
 
 Floats = NDArray[np.float64]
 
@@ -123,24 +125,16 @@ class Tube:
             known[HISTORY_STRETCH, :-1] = np.hypot(np.diff(self.rho), np.diff(self.zeta)) / wall.element_size
             known[HISTORY_HOOP] = self.rho / wall.radius
         formula = Step(slope, False, model.start_position, 0.0)
-        settings = np.array([*formula, tolerance, model.gap_tolerance, iterations], dtype=np.float64)
+        limits = Limits(tolerance, model.gap_tolerance, iterations)
         lumen = LumenConstants(pressure, 1.0, 0.0)
-        code, taken, _ = solve_packed(
-            self.rho,
-            self.zeta,
-            self.contact,
-            self.scalars,
-            known,
-            packed(wall),
-            packed(pellet).copy(),
-            packed(lumen),
-            settings,
-            *workspace(self.rho.size),
-        )
-        self.iterations += taken
+        # The copy can be written to, as the pellet's numbers of a step: one compiled variant does for both.
+        constants = PackedConstants(packed(wall), packed(pellet).copy(), packed(lumen))
+        unknowns = Unknowns(self.rho, self.zeta, self.contact, self.scalars)
+        verdict = solve_packed(unknowns, known, constants, formula, limits, workspace(self.rho.size))
+        self.iterations += verdict.iterations
         if step == 0.0:
-            self.residual = float(settings[4]) if code == ROUNDED else 0.0
-        return code
+            self.residual = verdict.residual if verdict.code == ROUNDED else 0.0
+        return verdict.code
 
     def room(self) -> float:
         """Girth radius [cm] of the largest pellet of this shape that has room."""

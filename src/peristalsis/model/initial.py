@@ -13,15 +13,20 @@ from ..control.sequence import quiet
 from ..errors import ConfigurationError
 from ..geometry.tube import lumen_volume
 from ..pellet.body import require_shape
-from ..pellet.friction import dry_friction, share_out
+from ..pellet.friction import Nodes, dry_friction, share_out
+from ..tissue.activation import SHIPPED_ACTIVATION
 from ..tissue.cell import SHIPPED_CELL
 from ..tissue.records import Brought, SheetArrays, Steps
 from ..tissue.steady import NoRestError, RestState
 from .inflation import inflate_and_insert
 from .model import ACTIVATION_LEVEL, Layer, Model, Network, explicit_stages
+from .muscle import drive_of_cells, resting_muscle
 from .state import PelletState, SheetState, State, WallState
 
 Floats = NDArray[np.float64]
+
+RESTING_TONE = 0.5
+"""Drive at rest of which a run says something [mV]: about a hundredth of what a spike gives."""
 
 
 def initial_state(model: Model) -> tuple[Model, State, list[str]]:
@@ -84,10 +89,12 @@ def _at_rest(
 def _holding(model: Model, contact: Floats, rho: Floats, zeta: Floats) -> float:
     """Dry friction [mN] that holds the resting pellet, Eqs. (50) and (51)."""
     area = 2.0 * np.pi * model.wall.radius * model.wall.element_size
-    nodes = np.zeros((rho.size, 1, 3))
-    nodes[:, 0, 0], nodes[:, 0, 2] = rho, zeta
+    places = np.zeros((rho.size, 1, 3))
+    places[:, 0, 0], places[:, 0, 2] = rho, zeta
     shares = np.empty((rho.size, 1))
-    pressing = area * share_out(contact[:, None], nodes, model.start_position, model.pellet.shape, True, shares)
+    pressing = area * share_out(
+        Nodes(contact[:, None], places, area), model.start_position, model.pellet.shape, True, shares
+    )
     return dry_friction(model.pellet.dry, model.friction, pressing, True)
 
 
@@ -122,13 +129,22 @@ def _resting_sheet(model: Model, layer: Layer, name: str) -> tuple[SheetState, l
             "is unstable); the tissue starts there and will oscillate by itself"
         )
     highest = max((rest.potential for rest in states if rest.stable), default=-np.inf)  # the others do not rest there
-    if highest > layer.threshold:
+    paper = layer.activation is SHIPPED_ACTIVATION
+    if paper and highest > layer.threshold:
         remarks.append(
             f"{name} layer: its cells rest at up to {highest:.1f} mV, above {name}.threshold = {layer.threshold:g} mV; "
             "the muscle pulls from the start"
         )
     unset = np.full(shape, np.nan)
-    return SheetState(potential.reshape(shape), gates.reshape(-1, *shape), unset, unset.copy()), remarks
+    resting = SheetState(potential.reshape(shape), gates.reshape(-1, *shape), unset, unset.copy())
+    sheet = resting_muscle(layer, resting)
+    tone = 0.0 if paper else float(drive_of_cells(layer, sheet).max())
+    if tone > RESTING_TONE:
+        remarks.append(
+            f"{name} layer: by {name}.activation = {layer.activation.name} its muscle has a drive of up to {tone:.2g} "
+            "mV while its cells rest; it pulls from the first step on"
+        )
+    return sheet, remarks
 
 
 RUNNING = 0.05

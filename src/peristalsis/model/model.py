@@ -18,6 +18,7 @@ from ..geometry.grid import Grid
 from ..numerics.binding import SHIPPED, Binding
 from ..numerics.stabilised import coefficients, stages_for
 from ..pellet.friction import CONSTANT, FrictionLaw
+from ..tissue.activation import SHIPPED_ACTIVATION, Activation
 from ..tissue.cell import SHIPPED_CELL, Cell
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
@@ -61,6 +62,8 @@ class Layer:
     number, or of the cells, (n_z, n_theta). conductivity: factor on the diffusivity, a number, or of the inner faces
     along z, (n_z - 1, n_theta); conductivity_around: of the faces around the ring, (n_z, n_theta). constants: of the
     cell, a NamedTuple of its own class.
+    activation: what makes the drive of the muscle, with constants of its own, None for those of the threshold.
+    calcium_state: row of the cell's calcium, -1 where none is read; calcium_scale: from its unit to uM.
     """
 
     conductances: Floats
@@ -74,6 +77,16 @@ class Layer:
     response: Response = Response()
     constants: Any = None
     cell: Cell = SHIPPED_CELL
+    activation: Activation = SHIPPED_ACTIVATION
+    muscle_constants: Any = None
+    calcium_state: int = -1
+    calcium_scale: float = 1.0
+
+    @cached_property
+    def activation_constants(self) -> Any:
+        """Constants of the activation, a NamedTuple of its own class."""
+        own = self.muscle_constants
+        return self.activation.constants(float(self.threshold)) if own is None else own
 
     @cached_property
     def leakiness(self) -> float:

@@ -10,6 +10,7 @@ pellet. The guess decides how long the iteration takes and nothing else.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,8 @@ from ..wall.assembly import (
 )
 from ..wall.constants import WallConstants
 from ..wall.membrane import LARGEST_STRETCH, SMALLEST_STRETCH, nominal_tensions
+from .arrays import WallArrays
+from .problem import Unknowns
 
 JUMP = 0.5
 """Change of drive in a step [mV] beyond which an element is treated by itself."""
@@ -36,6 +39,13 @@ LONGEST_CHANGE = 0.05
 SOFTEST = 0.05
 """Least stiffness of an element in these iterations, as a share of its dashpot's."""
 ITERATIONS = 10
+
+
+class Stretches(NamedTuple):
+    """Longitudinal stretch of the elements (n - 1,) and circumferential stretch of the nodes (n,)."""
+
+    axial: np.ndarray
+    hoop: np.ndarray
 
 
 @compiled
@@ -73,26 +83,21 @@ def axial_force(
 
 @compiled
 def fit_lengths(
-    rho: np.ndarray,
-    zeta: np.ndarray,
-    density: np.ndarray,
-    centre: float,
-    pellet: PelletConstants,
-    old_stretch: np.ndarray,
-    old_stretch_rate: np.ndarray,
-    old_hoop: np.ndarray,
-    old_hoop_rate: np.ndarray,
-    old_drive: np.ndarray,
+    guess: Unknowns,
+    before: WallArrays,
+    stretches: Stretches,
     known: np.ndarray,
     slope: float,
     c: WallConstants,
+    pellet: PelletConstants,
 ) -> None:
-    """Improve the extrapolated rho, zeta [cm] (n,) in place where the drive jumps.
+    """Improve the extrapolated places of a guess where the drive jumps; touching nodes are put on the pellet.
 
-    density, centre: contact [mN/cm^2] and the extrapolated place of the pellet [cm]; touching nodes are put on it.
-    known, slope: as for `wall_forces`. old_*: what the tensions of the step before were computed with: stretches
-    (n - 1,) and (n,), their rates and the drives in the shapes of `WallState`.
+    before, stretches: what the tensions of the step before were computed with. known, slope: as for `wall_forces`.
     """
+    rho, zeta, density, centre = guess.rho, guess.zeta, guess.density, guess.scalars[1]
+    old_stretch, old_hoop = stretches.axial, stretches.hoop
+    old_stretch_rate, old_hoop_rate, old_drive = before.stretch_rate, before.hoop_rate, before.drive
     n = rho.size
     m = n - 1
     h = c.element_size

@@ -14,24 +14,23 @@ import numpy as np
 from ..numerics.compiled import INDEX, compiled
 from ..wall.assembly import FORCE_R, FORCE_Z, LEFT, RIGHT_CORNER, STRETCH, VOLUME_R, VOLUME_Z
 from ..wall.constants import WallConstants
+from .problem import GAP, TOUCHES, Problem, Unknowns
+from .residual import Balance
+from .verdicts import GAP_SCALE, ROUNDOFF, TENSION_SCALE
 
 UNIT_ROUNDOFF = 2.0**-53
 ALLOWANCE = 2.0
 """Residuals up to this times the estimate count as rounding: once for the places, once for the sums of the forces."""
+SCALAR_ROUNDING = 1e-13
+"""Share of pressure and axial force that the rounding of the sums they follow from may take."""
+LARGEST_ROUNDING = 1e-3
+"""Rounding of the forces above this residual is no state of rest: of tensions beyond 1e9 mN/cm or so."""
 
 
 @compiled
-def force_rounding(
-    rho: np.ndarray,
-    zeta: np.ndarray,
-    density: np.ndarray,
-    pressure: float,
-    slope: float,
-    wall: WallConstants,
-    i: int,
-    work: np.ndarray,
-) -> float:
+def force_rounding(unknowns: Unknowns, slope: float, wall: WallConstants, i: int, work: np.ndarray) -> float:
     """Estimate of what rounding leaves of the forces on an inner node [mN/cm], Eq. (58), after `wall_forces`."""
+    rho, zeta, density, pressure = unknowns.rho, unknowns.zeta, unknowns.density, unknowns.scalars[0]
     h = wall.element_size
     place = UNIT_ROUNDOFF * (max(abs(zeta[i - 1]), abs(zeta[i + 1])) + max(rho[i - 1], rho[i], rho[i + 1]))
     stiff = sums = 0.0
@@ -49,22 +48,35 @@ def force_rounding(
 
 
 @compiled
-def at_rounding(
-    rho: np.ndarray,
-    zeta: np.ndarray,
-    density: np.ndarray,
-    pressure: float,
-    slope: float,
-    wall: WallConstants,
-    tolerance: float,
-    work: np.ndarray,
-) -> bool:
-    """Whether the residual forces of all inner nodes are below `tolerance` [mN/cm] or no more than rounding."""
+def _rest_is_closed(unknowns: Unknowns, problem: Problem, now: Balance, work: np.ndarray) -> bool:
+    """Whether scalars, gaps and densities are within tolerance or rounding, so that forces alone are left over."""
+    density, scalars = unknowns.density, unknowns.scalars
+    tolerance, radius = problem.limits.tolerance, problem.wall.radius
+    n = density.size
+    apart = abs(now.pressure) > max(tolerance * TENSION_SCALE / radius, SCALAR_ROUNDING * abs(now.law))
+    force_unit = problem.circumference * TENSION_SCALE
+    apart = apart or abs(now.force) > max(tolerance * force_unit, SCALAR_ROUNDING * abs(scalars[2]))
+    centre_rounding = ROUNDOFF * max(abs(scalars[1]), unknowns.zeta[n - 1])
+    apart = apart or abs(now.centre) > max(tolerance * TENSION_SCALE / GAP_SCALE, centre_rounding)
+    for i in range(min(1, n), n - 1):
+        if work[TOUCHES, i] != 0.0:
+            apart = apart or abs(work[GAP, i]) > max(problem.limits.gap_tolerance, centre_rounding)
+        else:
+            apart = apart or abs(density[i]) * radius > tolerance * TENSION_SCALE
+    return not apart
+
+
+@compiled
+def at_rounding(unknowns: Unknowns, problem: Problem, now: Balance, work: np.ndarray) -> bool:
+    """Whether what is left of all residuals is below the tolerance or no more than rounding."""
+    if now.worst >= LARGEST_ROUNDING or not _rest_is_closed(unknowns, problem, now, work):
+        return False
+    tolerance = problem.limits.tolerance * problem.unit
     good = True
-    for o in range(rho.size - 2):
+    for o in range(unknowns.rho.size - 2):
         i = (o + 1) & INDEX
         force = max(abs(work[FORCE_R, i]), abs(work[FORCE_Z, i]))
         if force > tolerance:
-            allowed = ALLOWANCE * force_rounding(rho, zeta, density, pressure, slope, wall, i, work)
+            allowed = ALLOWANCE * force_rounding(unknowns, problem.step.slope, problem.wall, i, work)
             good = good and force <= allowed
-    return good and math.isfinite(pressure)
+    return good and math.isfinite(unknowns.scalars[0])

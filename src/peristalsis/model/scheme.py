@@ -68,7 +68,7 @@ class WallScheme(Protocol):
     """One kind of grid: what of a step depends on it."""
 
     def muscle_drive(self, model: Model, layer: Layer, sheet: SheetState) -> Floats:
-        """Force factor times phi+ [mV] of the half elements, (2 n_z_wall, n_theta), Eqs. (19) and (33)."""
+        """Force factor times drive [mV] of the half elements, (2 n_z_wall, n_theta), Eqs. (19) and (33)."""
 
     def stretches_ahead(self, model: Model, wall: WallState) -> Ahead:
         """Stretches that conduction sees in the coming step."""

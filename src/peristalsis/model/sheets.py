@@ -10,6 +10,7 @@ from ..tissue.bidomain import EllipticError
 from ..tissue.cell import SHIPPED_CELL
 from ..tissue.records import Brought, SheetArrays, Steps
 from .model import ACTIVATION_LEVEL, Layer, Model, explicit_stages
+from .muscle import advance_muscle
 from .out_of_range import Tissue, why_out_of_range
 from .scheme import Ahead, Conduction
 from .schemes.choice import scheme_of
@@ -29,7 +30,7 @@ def advance_tissue(
     scheme = scheme_of(model)
     ahead = scheme.stretches_ahead(model, state.wall)
     longitudinal, circular = (
-        advance_layer(model, name, layer, sheet, ahead, stimulus, start)
+        advance_muscle(layer, sheet, advance_layer(model, name, layer, sheet, ahead, stimulus, start), model.dt_wall)
         for name, layer, sheet, stimulus in (
             ("longitudinal", model.longitudinal, state.longitudinal, stimuli.longitudinal),
             ("circular", model.circular, state.circular, stimuli.circular),
@@ -97,4 +98,5 @@ def _advance_sheet(
         arrays.gates.reshape(-1, *shape),
         arrays.first_activation.reshape(shape),
         arrays.last_activation.reshape(shape),
+        sheet.muscle,
     )

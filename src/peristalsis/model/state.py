@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -20,13 +20,15 @@ Floats = NDArray[np.float64]
 class SheetState:
     """One muscle sheet: potential [mV] (n_z, n_theta_conduction), gates (states, ...), activation times [ms].
 
-    first_activation and last_activation: first and latest rise through the activation level, nan before.
+    first_activation and last_activation: first and latest rise through the activation level, nan before. muscle: states
+    of the activation of its muscle, (states, n_z, n_theta_conduction), none for most.
     """
 
     potential: Floats
     gates: Floats
     first_activation: Floats
     last_activation: Floats
+    muscle: Floats = field(default_factory=lambda: np.empty((0, 1, 1)))
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from ..control.reflex import ReflexState, forget, observe_stretch, refractory
 from ..control.sequence import TriggerState, observe_activation, observe_tension
 from ..errors import DivergenceError
 from ..pellet.body import require_shape
-from .equilibrium import REASONS
 from .explicit.marching import march_explicitly
 from .model import Model
 from .report import StepReport
@@ -24,6 +23,7 @@ from .schemes.choice import scheme_of
 from .sheets import advance_pacemaker, advance_tissue
 from .state import PelletState, SheetState, State, WallState
 from .stimulation import Stimuli, stimuli_of_step
+from .verdicts import REASONS
 
 Floats = NDArray[np.float64]
 

@@ -21,6 +21,7 @@ from ..wall.constants import SurfaceConstants, WallConstants
 from ..wall.membrane import PARTS, TOTAL_LONGITUDINAL, corner_tension
 from ..wall.surface import measure_edges, new_edges
 from ..wall.surface_regularisers import add_regulariser_forces, patch_shear
+from .arrays import StrainedSurface
 from .state import PelletState, WallState
 
 Floats = NDArray[np.float64]
@@ -50,6 +51,12 @@ def surface_stretches(position: Floats, constants: WallConstants) -> Stretches:
     return Stretches(edges.stretch[:, 1:-1].copy(), edges.hoop[:, 1:-1].copy())
 
 
+def strained_surface(wall: WallState, constants: WallConstants) -> StrainedSurface:
+    """What the tensions of a state follow from. Raises ValueError out of range."""
+    found = surface_stretches(wall.position, constants)
+    return StrainedSurface(found.axial, found.hoop, wall.stretch_rate, wall.hoop_rate, wall.drive)
+
+
 def around_to_nodes(field: Floats) -> Floats:
     """Values of the edges around the ring, [..., j] from column j to j + 1, as means at the columns."""
     return 0.5 * (field + np.roll(field, 1, axis=-1))
@@ -57,65 +64,47 @@ def around_to_nodes(field: Floats) -> Floats:
 
 def surface_corner_tensions(wall: WallState, constants: WallConstants) -> Floats:
     """Parts of the tension [mN/cm], (n_z_wall, 2, n_theta, 8), means over the two edges around at each corner."""
-    found = surface_stretches(wall.position, constants)
+    found = strained_surface(wall, constants)
     elements, columns = found.axial.shape
     out = np.empty((elements, 2, columns, PARTS))
-    _corners(found.axial, found.hoop, wall.stretch_rate, wall.hoop_rate, wall.drive, constants, out)
+    _corners(found, constants, out)
     return out
 
 
 @compiled
 def corner_of_surface(
-    stretch: np.ndarray,
-    hoop: np.ndarray,
-    stretch_rate: np.ndarray,
-    hoop_rate: np.ndarray,
-    drive: np.ndarray,
-    e: int,
-    end: int,
-    j: int,
-    k: int,
-    c: WallConstants,
-    out: np.ndarray,
+    wall: StrainedSurface, e: int, end: int, j: int, k: int, c: WallConstants, out: np.ndarray
 ) -> None:
     """Parts of the tension at an end (0 or 1) of element e of column j, with the edge k around the ring, into `out`."""
     corner_tension(
-        stretch[e, j],
-        hoop[e + end, k],
-        stretch_rate[e, j],
-        hoop_rate[e + end, k],
-        drive[0, 2 * e + end, j],
-        drive[1, 2 * e + end, j],
+        wall.axial[e, j],
+        wall.hoop[e + end, k],
+        wall.axial_rate[e, j],
+        wall.hoop_rate[e + end, k],
+        wall.drive[0, 2 * e + end, j],
+        wall.drive[1, 2 * e + end, j],
         c,
         out,
     )
 
 
 @compiled
-def _corners(
-    stretch: np.ndarray,
-    hoop: np.ndarray,
-    stretch_rate: np.ndarray,
-    hoop_rate: np.ndarray,
-    drive: np.ndarray,
-    c: WallConstants,
-    out: np.ndarray,
-) -> None:
+def _corners(wall: StrainedSurface, c: WallConstants, out: np.ndarray) -> None:
     one = np.empty(PARTS)
-    m = stretch.shape[1]
+    m = wall.axial.shape[1]
     out[:] = 0.0
-    for e in range(stretch.shape[0]):
+    for e in range(wall.axial.shape[0]):
         for end in range(2):
             for j in range(m):
                 for k in (j - 1 if j > 0 else m - 1, j):
-                    corner_of_surface(stretch, hoop, stretch_rate, hoop_rate, drive, e, end, j, k, c, one)
+                    corner_of_surface(wall, e, end, j, k, c, one)
                     for part in range(PARTS):
                         out[e, end, j, part] += 0.5 * one[part]
 
 
 def surface_end_reactions(wall: WallState, c: WallConstants, pressure: float) -> tuple[float, float]:
     """Axial force through wall and lumen at both ends [mN], tension positive; as `fields.end_reactions`."""
-    found = surface_stretches(wall.position, c)
+    found = strained_surface(wall, c)
     arc = 2.0 * math.pi * c.radius / found.axial.shape[1]
     radius = equivalent_radius(wall.position)
     forces = []
@@ -123,7 +112,7 @@ def surface_end_reactions(wall: WallState, c: WallConstants, pressure: float) ->
         step = np.diff(wall.position[:, :, 2], axis=0)[element]
         row = element % found.axial.shape[0]
         nominal = np.empty(found.axial.shape[1])
-        _nominal(found.axial, found.hoop, wall.stretch_rate, wall.hoop_rate, wall.drive, row, c, nominal)
+        _nominal(found, row, c, nominal)
         tension = nominal * step / (found.axial[element] * c.element_size)
         bent, bending = (field[list(outer), :, 2].T @ (1.0, -2.0, 1.0) for field in (wall.position, wall.velocity))
         sign = -1.0 if element == 0 else 1.0
@@ -134,25 +123,16 @@ def surface_end_reactions(wall: WallState, c: WallConstants, pressure: float) ->
 
 
 @compiled
-def _nominal(
-    stretch: np.ndarray,
-    hoop: np.ndarray,
-    stretch_rate: np.ndarray,
-    hoop_rate: np.ndarray,
-    drive: np.ndarray,
-    e: int,
-    c: WallConstants,
-    out: np.ndarray,
-) -> None:
+def _nominal(wall: StrainedSurface, e: int, c: WallConstants, out: np.ndarray) -> None:
     """N_l of row e of elements, mean of its corners [mN/cm], into `out` (n_theta,), Eq. (35)."""
     one = np.empty(PARTS)
-    m = stretch.shape[1]
+    m = wall.axial.shape[1]
     for j in range(m):
         out[j] = 0.0
         for end in range(2):
             for k in (j - 1 if j > 0 else m - 1, j):
-                corner_of_surface(stretch, hoop, stretch_rate, hoop_rate, drive, e, end, j, k, c, one)
-                across = hoop[e + end, k] if c.published else 1.0
+                corner_of_surface(wall, e, end, j, k, c, one)
+                across = wall.hoop[e + end, k] if c.published else 1.0
                 out[j] += 0.25 * one[TOTAL_LONGITUDINAL] * across
 
 

@@ -15,7 +15,7 @@ from ..pellet.surface_contact import force_on_pellet, measure_contact, no_contac
 from ..wall.constants import SurfaceConstants
 from ..wall.surface import measure_edges, new_edges
 from ..wall.surface_regularisers import patch_shear
-from .equilibrium import CONVERGED, OUT_OF_RANGE, ROUNDED, Step, solve_equilibrium
+from .equilibrium import CONVERGED, OUT_OF_RANGE, ROUNDED, History, Limits, Step, Unknowns, solve_equilibrium
 from .friction import friction_ahead
 from .model import Model
 from .scheme import Solved
@@ -134,28 +134,19 @@ def _better_guess(
     start, now, past, history = mean(guess), mean(places), mean(before), mean(problem.history)
     rho, zeta = start[0].copy(), start[1].copy()
     contact, axial = density.mean(axis=1), scalars[:3].copy()
-    drive = np.ascontiguousarray(problem.drive.mean(axis=2))
-    code, _, _ = solve_equilibrium(
-        rho,
-        zeta,
-        contact,
-        axial,
-        history,
-        mean(problem.velocity_history),
-        formula.history(stretch(now), stretch(past)),
-        history[0] / model.wall.radius,
-        drive[0],
-        drive[1],
+    hoop = history[0] / model.wall.radius
+    verdict = solve_equilibrium(
+        Unknowns(rho, zeta, contact, axial),
+        History(history, mean(problem.velocity_history), formula.history(stretch(now), stretch(past)), hoop),
+        np.ascontiguousarray(problem.drive.mean(axis=2)),
         problem.friction_weight.sum(axis=1),
         problem.step,
         model.wall,
         problem.pellet,
         model.lumen,
-        model.tolerance,
-        model.gap_tolerance,
-        model.max_newton,
+        Limits(model.tolerance, model.gap_tolerance, model.max_newton),
     )
-    if code not in (CONVERGED, ROUNDED):
+    if verdict.code not in (CONVERGED, ROUNDED):
         return guess, density, scalars
     moved = guess.copy()
     moved[:, 0] += (rho - start[0])[:, None]

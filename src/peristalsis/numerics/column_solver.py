@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import compiled
+from .constraint import Constraint, constrain
 from .ring_blocks import RingOperator, bending_weight
-from .ring_solver import Constraint, constrain
 
 Floats = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ def fill_columns(
                         block[a, b] = operator.blocks[i, 3 * d + 4, a, b, j] if -2 < d < 2 else 0.0
                     block[a, a] += extra
                 if constraint.rows[i] or constraint.rows[r]:
-                    constrain(block, normal, i, j, normal, r, j, held[i, j], held[r, j])
+                    constrain(block, constraint, i, j, r, j)
                     if d == 0 and held[i, j]:
                         for a in range(3):
                             for b in range(3):

@@ -24,6 +24,29 @@ CONSTANT = FrictionLaw()
 """Dry friction as printed: one force, at rest and sliding."""
 
 
+class Nodes(NamedTuple):
+    """What presses on the pellet: contact [mN/cm^2] (n, m) of nodes at `position` (n, m, 3), `area` [cm^2] each."""
+
+    contact: np.ndarray
+    position: np.ndarray
+    area: float
+
+
+class Start(NamedTuple):
+    """The pellet as a step begins: its centre [cm], the axial force on it and the dry friction until then [mN]."""
+
+    centre: float
+    force: float
+    dry: float
+
+
+class Shares(NamedTuple):
+    """Shares of the nodes (n, m) in the whole friction, and what of them lies along the meridian, Eq. (51)."""
+
+    weight: np.ndarray
+    tangent: np.ndarray
+
+
 @compiled
 def sliding_velocity(force: float, viscous: float, dry: float) -> tuple[float, float]:
     """Velocity against the friction frame [cm/s] under an axial force [mN], and its derivative by the force.
@@ -76,15 +99,9 @@ def pressed_part(dry: float, law: FrictionLaw, pressing: float, force: float, ho
 
 
 @compiled
-def share_out(
-    contact: np.ndarray,
-    position: np.ndarray,
-    centre: float,
-    shape: ShapeConstants,
-    across: bool,
-    weight: np.ndarray,
-) -> float:
+def share_out(nodes: Nodes, centre: float, shape: ShapeConstants, across: bool, weight: np.ndarray) -> float:
     """Shares of the nodes in the pressing, and its sum: of the contact, or of its part across the axis."""
+    contact, position = nodes.contact, nodes.position
     total = 0.0
     for i in range(contact.shape[0]):
         for j in range(contact.shape[1]):
@@ -102,36 +119,30 @@ def share_out(
 
 @compiled
 def friction_of_step(
-    contact: np.ndarray,
-    position: np.ndarray,
-    centre: float,
+    nodes: Nodes,
+    start: Start,
     shape: ShapeConstants,
-    force: float,
     viscous: float,
-    dry_before: float,
     dry: float,
     law: FrictionLaw,
-    area: float,
-    weight: np.ndarray,
-    tangent: np.ndarray,
+    shares: Shares,
 ) -> float:
-    """Dry friction [mN] that holds over a step, from the contact at its start, and the shares of the nodes in it.
+    """Dry friction [mN] that holds over a step, from the contact at its start; `shares` receives those of the nodes.
 
-    contact [mN/cm^2] (n, m) on nodes of `area` [cm^2] at position (n, m, 3). force and dry_before [mN] tell whether the
-    pellet is stuck as the step begins. weight: receives the shares of the nodes in the whole friction, (n, m). tangent:
-    receives what of them is friction in proportion to pressing, Eq. (51), which lies along the meridian; the rest is
-    axial.
+    start: tells whether the pellet is stuck. shares: friction in proportion to pressing, Eq. (51), lies along the
+    meridian; the rest is axial.
     """
-    stuck = sliding_velocity(force, viscous, dry_before)[0] == 0.0
+    weight, tangent, centre = shares.weight, shares.tangent, start.centre
+    stuck = sliding_velocity(start.force, viscous, start.dry)[0] == 0.0
     if law.coefficient <= 0.0:
         tangent[:] = 0.0
-        return dry_friction(dry, law, area * share_out(contact, position, centre, shape, False, weight), stuck)
-    pressing = area * share_out(contact, position, centre, shape, True, tangent)
+        return dry_friction(dry, law, nodes.area * share_out(nodes, centre, shape, False, weight), stuck)
+    pressing = nodes.area * share_out(nodes, centre, shape, True, tangent)
     holding = dry_friction(dry, law, pressing, stuck)
-    share_out(contact, position, centre, shape, False, weight)
-    part = pressed_part(dry, law, pressing, force, holding)
-    for i in range(contact.shape[0]):
-        for j in range(contact.shape[1]):
+    share_out(nodes, centre, shape, False, weight)
+    part = pressed_part(dry, law, pressing, start.force, holding)
+    for i in range(weight.shape[0]):
+        for j in range(weight.shape[1]):
             tangent[i, j] *= part
             weight[i, j] = (1.0 - part) * weight[i, j] + tangent[i, j]
     return holding

@@ -34,7 +34,7 @@ LEFT_SPEED = 0.1
 PARTS_SHARE = 0.02
 """Share of the wall's steps made in parts beyond which a run is hard going."""
 USUAL_ITERATIONS = 4.0
-"""Iterations of the wall in a step, as 84 random runs needed them: 2 to 9.5 on the mean."""
+"""Iterations of the wall in a step, as 84 random runs needed them: a mean of 2 to 9.5."""
 MANY = 3.0
 """Times the usual iterations beyond which a run says so."""
 EARLIER = 0.02

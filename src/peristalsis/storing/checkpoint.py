@@ -1,7 +1,7 @@
 """Checkpoints of a run under way: two files by turns, each whole and with its own hash, so that one always stands.
 
 A checkpoint holds everything that the rest of the run depends on, to the bit: the state, what was recorded, how the
-inputs stand. What is in them is the affair of `Simulation.parts`; here they are written and the newest is found.
+inputs stand. `Simulation` decides what they contain; here they are written and the newest is found.
 """
 
 from __future__ import annotations

@@ -185,7 +185,7 @@ class Bidomain:
         return self._conjugate_gradients(-drive)
 
     def extracellular(self, potential: Floats, applied: Floats | None = None) -> Floats:
-        """Extracellular potential phi_e [mV], shape (n_z, n_theta), zero on the mean over the surface.
+        """Extracellular potential phi_e [mV], shape (n_z, n_theta), with zero mean over the surface.
 
         potential: V [mV], that shape. applied: current put into the interstitium over the capacitance [mV/ms], that
         shape; what goes in must come out again, or no phi_e exists: EllipticError.

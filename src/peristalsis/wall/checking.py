@@ -1,4 +1,4 @@
-"""Whether a passive law is what the wall's kernels take it for: its derivatives, its rest, its range, its record."""
+"""Whether a passive or an active law is what the wall's kernels take it for: derivatives, rest, range, record."""
 
 from __future__ import annotations
 
@@ -79,3 +79,41 @@ def _derivatives(law: ModuleType, a: float, b: float, constants: Any, tolerance:
         for name, value, right in zip(NAMES, own, wanted, strict=True)
         if not abs(value - right) <= tolerance * size
     ]
+
+
+def muscle_faults(law: ModuleType, constants: Any, tolerance: float = 1e-4) -> list[str]:
+    """What is wrong with an active law, in sentences; none if nothing is.
+
+    law: `wall.active` as bound to it. constants: its `ActiveConstants`. tolerance: of the slope against differences of
+    the tension, relative to their size there; where the tension has a corner, anything between both sides will do.
+    """
+    fields, declared = law.ActiveConstants._fields, law.PARAMETERS
+    if not fields:
+        return ["ActiveConstants has no field; give it one number at least"]
+    if tuple(one.name for one in declared) != fields:
+        return [f"PARAMETERS and the fields of ActiveConstants differ: {', '.join(fields)}; name the same in order"]
+
+    def tension(stretch: float) -> float:
+        return float(law.active_tension(stretch, constants)[0])
+
+    rng = np.random.default_rng(1)
+    for stretch in np.exp(rng.uniform(math.log(SMALLEST_STRETCH), math.log(LARGEST_STRETCH), PLACES)).tolist():
+        value, slope = law.active_tension(stretch, constants)
+        if not (math.isfinite(value) and math.isfinite(slope)):
+            return [f"its tension at a stretch of {stretch:.3g} is {value:.3g} mN/(cm mV), its slope {slope:.3g}"]
+        if value < 0.0 and not law.NEGATIVE:
+            return [
+                f"its tension at a stretch of {stretch:.3g} is {value:.3g} mN/(cm mV): muscle pushes there; cut it at "
+                'zero, or say why it may in NEGATIVE = "..."'
+            ]
+    h = 1e-5
+    for stretch in rng.uniform(*NEAR, PLACES).tolist():
+        value, slope = law.active_tension(stretch, constants)
+        left, right = (value - tension(stretch - h)) / h, (tension(stretch + h) - value) / h
+        size = abs(value) + abs(left) + abs(right)
+        if not min(left, right) - tolerance * size <= slope <= max(left, right) + tolerance * size:
+            return [
+                f"its slope is {slope:.8g} mN/(cm mV) at a stretch of {stretch:.4g}, and the difference of the tension "
+                f"{0.5 * (left + right):.8g}"
+            ]
+    return []

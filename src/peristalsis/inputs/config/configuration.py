@@ -126,6 +126,11 @@ class Configuration(Sections):
         own: str = getattr(self, layer).cell  # network.cell too
         return self.tissue.cell if own == choices.COMMON else own
 
+    def activation_of(self, layer: str) -> Part:
+        """What makes the drive of the longitudinal or the circular layer's muscle."""
+        own: str = getattr(self, layer).activation
+        return find("activation", self.tissue.activation if own == choices.COMMON else own)
+
     def parts_chosen(self) -> dict[str, Any]:
         """What is chosen in the slots by key, without the shipped parts: which kernels a run needs."""
         found = {key: value for key, value in self.flat().items() if key in SLOTS and key != "network.cell"}
@@ -143,12 +148,13 @@ class Configuration(Sections):
         return self.part_numbers(layer, part)["capacitance"] if part.parameters else self.tissue.capacitance
 
     def part_numbers(self, section: str, part: Part) -> dict[str, float]:
-        """Numbers of a chosen part by name; section: that of its slot, a layer's own numbers before the tissue's."""
+        """Numbers of a chosen part by name; section: that of its slot, a layer's own numbers before those of both."""
         numbers = dict(self.parts)
         found = {}
         for one in part.numbers:
             own = f"{section}.{part.name}.{one.name}"
-            found[one.name] = numbers[own] if own in numbers else numbers[f"tissue.{part.name}.{one.name}"]
+            common = f"{choices.HOMES[part.kind]}.{part.name}.{one.name}"
+            found[one.name] = numbers[own] if own in numbers else numbers[common]
         return found
 
     def with_reading(self, reading: str) -> Self:

@@ -99,6 +99,7 @@ class Wall(Section):
     inertia: bool = parameter("wall.inertia")
     viscosity: float = parameter("wall.viscosity", gt=0, le=1e6)
     law: str = parameter("wall.law")
+    muscle: str = parameter("wall.muscle")
     tension: Literal["published", "consistent"] = parameter("wall.tension")
     c1: float = parameter("wall.c1", ge=0, le=1e6)
     c2: float = parameter("wall.c2", ge=0, le=1e6)
@@ -123,6 +124,7 @@ class Layer(Section):
     """One muscle layer: its pull, its currents and its conduction."""
 
     cell: str = parameter("layer.cell")
+    activation: str = parameter("layer.activation")
     active: float = parameter("layer.active", ge=0, le=100)
     threshold: float = parameter("layer.threshold", ge=-200, le=100)
     c7: float = parameter("layer.c7", ge=-1e5, le=1e5)
@@ -145,6 +147,7 @@ class Tissue(Section):
     """What both layers share."""
 
     cell: str = parameter("tissue.cell")
+    activation: str = parameter("tissue.activation")
     capacitance: float = parameter("tissue.capacitance", gt=0, le=1000)
     volume_to_surface: float = parameter("tissue.volume_to_surface", gt=0, le=10)
     kinetics_rate: float = parameter("tissue.kinetics_rate", gt=0, le=100)

@@ -21,8 +21,8 @@ def json_schema() -> dict[str, Any]:
         spec = FIELDS[key]
         table = sections.setdefault(spec.section, {"type": "object", "additionalProperties": False, "properties": {}})
         table["properties"][spec.name] = _schema_of(spec, about)
-    for section, kind in choices.SECTIONS.items():
-        for part in parts(kind).values():
+    for section, kinds in choices.SECTIONS.items():
+        for part in (part for kind in kinds for part in parts(kind).values()):
             if part.numbers:
                 sections[section]["properties"][part.name] = _schema_of_part(part)
     names: dict[str, Any] = {

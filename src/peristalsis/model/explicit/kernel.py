@@ -21,7 +21,7 @@ from ...tissue.cells.plant import CellConstants
 from ...tissue.explicit_sheet import Excitable, excite
 from ...wall.constants import WallConstants
 from ...wall.explicit import INSIDE, add_bending_forces, add_pressure_forces, add_tension_forces
-from ..equilibrium import LumenConstants, PelletConstants
+from ..constants import LumenConstants, PelletConstants
 
 DONE, LONGITUDINAL, CIRCULAR, STRETCH, VOLUME = range(5)
 """How `march` ends: well, or at what went out of range."""
@@ -66,7 +66,7 @@ class Kinetics(NamedTuple):
     level: float
 
 
-class Ways(NamedTuple):
+class Transfers(NamedTuple):
     """Transfers between the grids, Eq. (33)."""
 
     elements_to_faces: Overlap
@@ -178,11 +178,11 @@ def _ahead(shell: Shell, wall: WallConstants, time: float, stretch: np.ndarray) 
 
 
 @compiled
-def _muscle(sheet: Excitable, ways: Ways, source: np.ndarray, halves: np.ndarray, drive: np.ndarray) -> None:
+def _muscle(sheet: Excitable, transfers: Transfers, source: np.ndarray, halves: np.ndarray, drive: np.ndarray) -> None:
     """Force factor times phi+ of the half elements [mV], Eqs. (19), (33), into `drive`."""
     for k in range(source.shape[0]):
         source[k, 0] = sheet.force_factor[k] * max(sheet.potential[k] - sheet.threshold, 0.0)
-    average(ways.cells_to_half_elements, source, halves)
+    average(transfers.cells_to_half_elements, source, halves)
     drive[:] = halves[:, 0]
 
 
@@ -193,7 +193,7 @@ def march(
     shell: Shell,
     laws: Laws,
     kinetics: Kinetics,
-    ways: Ways,
+    transfers: Transfers,
     plan: Plan,
 ) -> tuple[int, int, int]:
     """Advance sheets, wall and pellet over one wall step, in place.
@@ -253,7 +253,7 @@ def march(
     for substep in range(plan.substeps):
         now = 1e3 * (plan.time + substep * dt_cell)
         _ahead(shell, laws.wall, 0.5 * dt_cell, stretch)
-        average(ways.elements_to_faces, stretch, faces)
+        average(transfers.elements_to_faces, stretch, faces)
         # EXCLONG
         bad = excite(
             longitudinal,
@@ -274,8 +274,8 @@ def march(
         if bad >= 0:
             return CIRCULAR, bad, made
         before[:, :] = after
-        _muscle(longitudinal, ways, source, halves, after[0])
-        _muscle(circular, ways, source, halves, after[1])
+        _muscle(longitudinal, transfers, source, halves, after[0])
+        _muscle(circular, transfers, source, halves, after[1])
         for micro in range(plan.micro):
             share = (micro + 1) / plan.micro
             for i in range(1, n - 1):

@@ -18,7 +18,7 @@ from ..model import ACTIVATION_LEVEL, Layer, Model
 from ..report import StepReport
 from ..state import MicroStep, PelletState, SheetState, State, WallState
 from ..stimulation import Stimuli, Stimulus
-from .kernel import CIRCULAR, DONE, LONGITUDINAL, STRETCH, Kinetics, Laws, Plan, Shell, Ways, march
+from .kernel import CIRCULAR, DONE, LONGITUDINAL, STRETCH, Kinetics, Laws, Plan, Shell, Transfers, march
 from .limits import Limits, conduction_limit, limits
 
 Floats = NDArray[np.float64]
@@ -53,7 +53,7 @@ def march_explicitly(model: Model, state: State, stimuli: Stimuli) -> tuple[Stat
         shell,
         Laws(model.wall, model.pellet, model.lumen, model.friction, scheme.contact_stiffness),
         Kinetics(model.cell, model.tables[0], model.tables[1], model.exact_kinetics, ACTIVATION_LEVEL),
-        Ways(model.grid.elements_to_faces, model.grid.cells_to_half_elements),
+        Transfers(model.grid.elements_to_faces, model.grid.cells_to_half_elements),
         Plan(
             start,
             dt,
@@ -146,6 +146,7 @@ def _sheet(sheet: Excitable, before: SheetState) -> SheetState:
         sheet.gates.reshape(-1, *shape),
         sheet.first_activation.reshape(shape),
         sheet.last_activation.reshape(shape),
+        before.muscle,
     )
 
 

@@ -15,23 +15,25 @@ from ..arrays import NewWall
 from ..balance import Work, momentum_from, work_from
 from ..bookkeeping import ContactSummary, StepNumbers, numbers_of_step, touch, wall_work
 from ..constants import packed
-from ..equilibrium import CONVERGED, workspace
 from ..exchange import active_force, conduction_coefficient, drive_of_layer, stretch_ahead, stretches_receptors
 from ..fields import axial_tension_of_elements, stretch_of_elements
 from ..friction import dry_friction_now
 from ..model import Layer, Model
+from ..muscle import drive_of_cells
+from ..problem import workspace
 from ..ranges import outside
 from ..scheme import Ahead, Conduction, Solved, StepSummary
 from ..state import PelletState, SheetState, State, WallState
+from ..verdicts import CONVERGED
 from ..wall_step import Request, step_wall
 
 Floats = NDArray[np.float64]
 
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
-    """Force factor times phi+ [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
+    """Force factor times drive [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
     out = np.empty((2 * model.grid.n_z_wall, 1))
-    drive_of_layer(*model.grid.cells_to_half_elements, sheet.potential, layer.threshold, layer.force_of_cells, out)
+    drive_of_layer(*model.grid.cells_to_half_elements, drive_of_cells(layer, sheet), layer.force_of_cells, out)
     return out
 
 
@@ -109,9 +111,9 @@ def receptor_stretch(model: Model, wall: WallState) -> Floats | None:
 def trigger_force(model: Model, sheet: SheetState, wall: WallState) -> Floats:
     """Active tension of the longitudinal layer at its cells [mN/cm]."""
     cells = np.empty_like(sheet.potential)
-    threshold, muscle = model.longitudinal.threshold, np.array(model.wall.longitudinal)
+    driven, muscle = drive_of_cells(model.longitudinal, sheet), np.array(model.wall.longitudinal)
     size = model.wall.element_size
-    active_force(*model.grid.elements_to_cells, wall.position, size, sheet.potential, threshold, muscle, cells)
+    active_force(*model.grid.elements_to_cells, wall.position, size, driven, muscle, cells)
     return cells
 
 

@@ -14,6 +14,7 @@ from ..bookkeeping import ContactSummary
 from ..exchange import active_force_at
 from ..fields import axial_tension_of_elements, end_reactions
 from ..model import Layer, Model
+from ..muscle import drive_of_cells
 from ..ranges import outside
 from ..scheme import Ahead, Conduction, Solved, StepSummary
 from ..state import PelletState, SheetState, State, WallState
@@ -24,9 +25,8 @@ Floats = NDArray[np.float64]
 
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
-    """Force factor times phi+ [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
-    source = layer.force_factor * np.maximum(sheet.potential - layer.threshold, 0.0)
-    return model.grid.half_elements_of_cells(source)
+    """Force factor times drive [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
+    return model.grid.half_elements_of_cells(layer.force_factor * drive_of_cells(layer, sheet))
 
 
 def stretches_ahead(model: Model, wall: WallState) -> Ahead:
@@ -77,9 +77,9 @@ def receptor_stretch(model: Model, wall: WallState) -> Floats | None:
 def trigger_force(model: Model, sheet: SheetState, wall: WallState) -> Floats:
     """Active tension of the longitudinal layer at its cells [mN/cm]."""
     cells = np.empty_like(sheet.potential)
-    threshold, muscle = model.longitudinal.threshold, np.array(model.wall.longitudinal)
+    driven, muscle = drive_of_cells(model.longitudinal, sheet), np.array(model.wall.longitudinal)
     stretch = model.grid.elements_at_cells(surface_stretches(wall.position, model.wall).axial)
-    active_force_at(stretch, sheet.potential, threshold, muscle, cells)
+    active_force_at(stretch, driven, muscle, cells)
     return cells
 
 

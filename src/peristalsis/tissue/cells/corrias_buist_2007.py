@@ -38,6 +38,8 @@ STATES = (
     ("calcium", 0.0, 1.0),
 )
 """The first eleven are gates; the block of L-type channels depends on calcium [mM], which is the last state."""
+CALCIUM_STATE = ("calcium", "mM")
+"""Which state is calcium, and its unit."""
 GATES = 11
 CALCIUM_BLOCK, CALCIUM = 11, 12
 CHANNELS = (

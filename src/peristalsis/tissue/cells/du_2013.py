@@ -31,6 +31,8 @@ STATES = (
     ("ip3", 0.0, 100.0),
 )
 """The first two are gates; then calcium in the cytosol, calcium in the store and inositol trisphosphate [mM]."""
+CALCIUM_STATE = ("calcium", "uM")
+"""Which state is calcium, and its unit: what the source calls mM has the size of uM."""
 GATES = 2
 CALCIUM, STORE, IP3 = 2, 3, 4
 CHANNELS = ("sodium", "calcium", "calcium_potassium", "ip3_voltage_production")

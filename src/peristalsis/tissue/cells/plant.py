@@ -22,6 +22,8 @@ NAME = "plant"
 TITLE = "bursting cell of Plant (1981), the cell of the paper"
 STATES = (("h", 0.0, 1.0), ("n", 0.0, 1.0), ("x", 0.0, 1.0), ("c", 0.0, 1e3))
 """Name and bounds of every state besides the potential; c is calcium."""
+CALCIUM_STATE = ("c", "1")
+"""Which state is calcium, and its unit: none, its half-saturation is 0.5."""
 CHANNELS = ("fast_calcium", "slow_calcium", "potassium", "calcium_potassium", "leak")
 """Conductances in the order of their rows."""
 INHIBITION = "potassium_reversal"

@@ -8,7 +8,7 @@ from ...declared import number
 from ...numerics.compiled import inlined
 from ...numerics.exponential import exponential
 
-KIND = "active"
+KIND = "muscle"
 NAME = "bell"
 TITLE = "bell of the stretch, everywhere above zero"
 

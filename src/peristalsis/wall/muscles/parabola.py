@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from ...numerics.compiled import inlined
 
-KIND = "active"
+KIND = "muscle"
 NAME = "parabola"
 TITLE = "parabola of the stretch, cut at zero (the paper's)"
 
