@@ -135,5 +135,5 @@ def test_step_holds_little_memory() -> None:
 
 
 def _in_arrays() -> int:
-    """Bytes traced in pieces as large as an array of nodes; small ones are numba's, some of which it keeps for reuse."""
+    """Bytes traced in pieces as large as an array of nodes; small ones are numba's, which keeps some for reuse."""
     return sum(trace.size for trace in tracemalloc.take_snapshot().traces if trace.size >= 1000)
