@@ -85,7 +85,8 @@ def main() -> None:
         transit = result.summary["transit_s"]
         rows.append(
             f"| {label} | {result.summary['status']} | {'–' if transit is None else f'{transit:.3f}'} | "
-            f"{driven[0]:.2f} | {driven.max():.1f} | {risen:.2f} | {peak:.2f} | {'never' if np.isnan(fallen) else f'{fallen:.2f}'} |"
+            f"{driven[0]:.2f} | {driven.max():.1f} | {risen:.2f} | {peak:.2f} | "
+            f"{'never' if np.isnan(fallen) else f'{fallen:.2f}'} |"
         )
         print(rows[-1], flush=True)
     draw(traces)
