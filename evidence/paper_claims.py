@@ -16,9 +16,9 @@ HEAD = """# Claims: how they are judged, and what came out
 
 Made by `python evidence/paper_claims.py` from the tables of `peristalsis paper --reading all` and `--variant all`.
 
-Thirty claims of the paper stand as data in `paper/claims.py`. A claim is made of named parts; a part is a pure rule
-on measured numbers. It **holds** if all parts do, **holds in part** if some do (the others are named), **does not
-hold** if none does, and is **not testable** if the runs it needs cannot be made or say nothing. A transit counts as
+Thirty claims of the paper stand as data in `scoring/paper/claims.py`. A claim is made of named parts; a part is a
+pure rule on measured numbers. It **holds** if all parts do, **holds in part** if some do (the others are named), **does
+not hold** if none does, and is **not testable** if the runs it needs cannot be made or say nothing. A transit counts as
 different from 1 % on, twice what the grids leave. Never arriving is later than any time.
 
 Claim 1 was used to calibrate the wave, 7, 10 and 23 to choose the units of friction and the reading `tight`; they count

@@ -12,10 +12,12 @@ from pathlib import Path
 from common import save_text, table
 
 from peristalsis.many.rows import Row
-from peristalsis.paper.experiments import Bench, Condition, carry_out
-from peristalsis.paper.runs import RUNS, phase_name
-from peristalsis.paper.searches import SEARCHES
-from peristalsis.paper.variants import VARIANTS
+from peristalsis.scoring.outcome import Condition
+from peristalsis.scoring.paper.runs import RUNS, phase_name
+from peristalsis.scoring.paper.searches import SEARCHES
+from peristalsis.scoring.paper.source import SOURCE
+from peristalsis.scoring.paper.variants import VARIANTS
+from peristalsis.scoring.runs import Bench, carry_out
 
 CASES = {
     "baseline": "1",
@@ -71,7 +73,7 @@ def main() -> None:
     found = {}
     for title, condition in conditions.items():
         print(f"{title} ...", file=sys.stderr, flush=True)
-        found[title] = Bench(folder, workers=2).records([RUNS[name] for name in CASES], condition)
+        found[title] = Bench(SOURCE, folder, workers=2).records([RUNS[name] for name in CASES], condition)
     rows = [[name, claim, *(ending(records[name]) for records in found.values())] for name, claim in CASES.items()]
     text = "# One choice changed\n\nMade by `python evidence/variants.py`. Reading `tight`; transit, or how the run "
     text += "ended. `peristalsis paper --variant NAME` scores all claims under a variant.\n\n"
@@ -79,7 +81,7 @@ def main() -> None:
     brackets = []
     for title in ("as shipped", *(VARIANTS[name].title for name in SEARCHED)):
         print(f"{title}: thresholds ...", file=sys.stderr, flush=True)
-        outcome = carry_out(Bench(folder, workers=2), conditions[title], runs=(), searches=True)
+        outcome = carry_out(Bench(SOURCE, folder, workers=2), conditions[title], runs=(), searches=True)
         for name, threshold in outcome.thresholds.items():
             search = SEARCHES[name]
             unit = "" if search.unit == "1" else f" {search.unit}"

@@ -56,7 +56,8 @@ ALLOWED = {
     "plots": PHYSICS | WORDS | {"inputs", "results", "names"},
     "running": PHYSICS | WORDS | {"plugins", "inputs", "scenarios", "storing", "results", "names", "_version"},
     "many": PHYSICS | WORDS | {"inputs", "scenarios", "storing", "results", "running", "plots", "names"},
-    "paper": PHYSICS | WORDS | {"inputs", "scenarios", "results", "running", "plots", "many", "names", "_version"},
+    "scoring": WORDS | {"inputs", "scenarios", "results", "running", "plots", "many", "_version"},
+    "scoring.paper": {"scoring", "inputs", "scenarios", "plots", "many"},
 }
 """What each room, or part of one, may import of the package beside itself; `cli` stands above all of these."""
 TYPES = {"results": {"plots"}, "inputs.consistency": {"inputs.config"}}
@@ -154,6 +155,17 @@ def test_sizes() -> None:
     assert len(structure.rooms()) - len(folders) <= 8
     assert not structure.long_files()
     assert structure.longest_arguments()[0][0] <= 10
+
+
+def test_the_scorer_knows_no_source() -> None:
+    """Sources are folders in its room, found by being there: the engine imports none, and none imports another."""
+    room = PACKAGE / "scoring"
+    folders = {place.name for place in room.iterdir() if (place / "source.py").is_file()}
+    assert "paper" in folders
+    for file in room.rglob("*.py"):
+        own = file.relative_to(room).parts[0]
+        met = {one.module.split(".")[1] for one in imports(file) if one.module.startswith("scoring.")} & folders
+        assert met <= {own}, file.name
 
 
 def test_numba_has_one_door() -> None:

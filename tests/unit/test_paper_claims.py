@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from peristalsis.paper import rules
-from peristalsis.paper.claim import Claim
-from peristalsis.paper.claims import CLAIMS
-from peristalsis.paper.metrics import METRICS
-from peristalsis.paper.runs import PHASES, RUNS, phase_name
-from peristalsis.paper.score import FAILS, HOLDS, IN_PART, NOT_RUN, UNTESTABLE, score
-from peristalsis.paper.searches import SEARCHES, SENSITIVITIES
+from peristalsis.scoring import rules
+from peristalsis.scoring.claim import Claim
+from peristalsis.scoring.metrics import METRICS
+from peristalsis.scoring.paper.claims import CLAIMS
+from peristalsis.scoring.paper.runs import PHASES, RUNS, phase_name
+from peristalsis.scoring.paper.searches import SEARCHES, SENSITIVITIES
+from peristalsis.scoring.score import FAILS, HOLDS, IN_PART, NOT_RUN, UNTESTABLE, score
 
 Table = dict[str, dict[str, Any]]
 

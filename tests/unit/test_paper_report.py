@@ -9,6 +9,7 @@ import re
 import shlex
 import tomllib
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,17 +28,21 @@ from peristalsis.many.rows import Point as NamedPoint
 from peristalsis.many.rows import Row, Step
 from peristalsis.many.sweep import run_one
 from peristalsis.many.threshold import Point, Threshold
-from peristalsis.paper import measure as measures
-from peristalsis.paper import tables
-from peristalsis.paper.experiments import Bench, Condition, Outcome, carry_out
-from peristalsis.paper.figures import FIGURES
-from peristalsis.paper.measure import FIELDS
-from peristalsis.paper.report import scores_of, write_report
-from peristalsis.paper.runs import RUNS
-from peristalsis.paper.searches import SEARCHES
-from peristalsis.paper.tables import all_tables, matrix, numbers
-from peristalsis.paper.variants import VARIANTS
 from peristalsis.plots import style
+from peristalsis.scoring import measure as measures
+from peristalsis.scoring import sources, tables
+from peristalsis.scoring.measure import FIELDS
+from peristalsis.scoring.outcome import Condition, Outcome
+from peristalsis.scoring.paper import tables as own_tables
+from peristalsis.scoring.paper.figures import FIGURES
+from peristalsis.scoring.paper.runs import RUNS
+from peristalsis.scoring.paper.searches import SEARCHES
+from peristalsis.scoring.paper.source import SOURCE
+from peristalsis.scoring.paper.variants import VARIANTS
+from peristalsis.scoring.report import scores_of, write_report
+from peristalsis.scoring.runs import Bench, carry_out
+from peristalsis.scoring.source import Source
+from peristalsis.scoring.tables import all_tables, matrix, numbers
 
 
 @pytest.fixture(autouse=True)
@@ -86,7 +91,7 @@ def outcome(reading: str = "tight") -> Outcome:
 
 def test_the_matrix_has_every_claim_and_every_reading() -> None:
     outcomes = [outcome("tight"), outcome("stretched"), outcome("printed")]
-    table = matrix(scores_of(outcomes))
+    table = matrix(SOURCE, scores_of(SOURCE, outcomes))
     assert table.columns[-3:] == ("tight", "stretched", "printed")
     assert [row[0] for row in table.rows] == [*(str(number) for number in range(1, 31)), "–"]
     assert table.rows[-1][4].startswith("not testable")
@@ -96,7 +101,7 @@ def test_the_matrix_has_every_claim_and_every_reading() -> None:
 
 def test_explanations_name_commands_that_are_valid() -> None:
     """Every command that is said to show a failure is one that the program takes."""
-    with Path(tables.__file__).with_name("explanations.toml").open("rb") as file:
+    with Path(own_tables.__file__).with_name("explanations.toml").open("rb") as file:
         entries = tomllib.load(file)["explanation"]
     for entry in entries:
         assert 1 <= entry["claim"] <= 30
@@ -121,7 +126,7 @@ def test_chosen_and_calibrated_numbers_come_from_the_parameters() -> None:
 
 
 def test_the_page_is_self_contained_and_escaped(tmp_path: Path) -> None:
-    page = write_report([outcome(), outcome("printed")], tmp_path)
+    page = write_report(SOURCE, [outcome(), outcome("printed")], tmp_path)
     text = page.read_text(encoding="utf-8")
     assert not re.findall(r'(?:src|href)="(?!data:)', text)
     pictures = re.findall(r'src="data:image/png;base64,([^"]+)"', text)
@@ -134,17 +139,17 @@ def test_the_page_is_self_contained_and_escaped(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def two_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+def two_figures(monkeypatch: pytest.MonkeyPatch) -> Source:
     """Where the drawing itself is not what is tested."""
-    kept = tuple(figure for figure in FIGURES if figure.name in ("fig2", "fig4"))
-    monkeypatch.setattr("peristalsis.paper.report.FIGURES", kept)
+    kept = replace(SOURCE, pictures=tuple(figure for figure in FIGURES if figure.name in ("fig2", "fig4")))
+    monkeypatch.setattr(sources, "get", {"paper": kept}.__getitem__)
+    return kept
 
 
-@pytest.mark.usefixtures("two_figures")
-def test_every_table_and_figure_is_a_file(tmp_path: Path) -> None:
+def test_every_table_and_figure_is_a_file(tmp_path: Path, two_figures: Source) -> None:
     outcomes = [outcome()]
-    write_report(outcomes, tmp_path)
-    for table in all_tables(outcomes, scores_of(outcomes)):
+    write_report(two_figures, outcomes, tmp_path)
+    for table in all_tables(SOURCE, outcomes, scores_of(SOURCE, outcomes)):
         with (tmp_path / f"{table.name}.csv").open(newline="", encoding="utf-8") as file:
             rows = list(csv.reader(file))
         assert rows == [list(table.columns), *(list(row) for row in table.rows)]
@@ -154,7 +159,7 @@ def test_every_table_and_figure_is_a_file(tmp_path: Path) -> None:
 
 
 def test_one_figure_alone(tmp_path: Path) -> None:
-    drawn = write_report([outcome()], tmp_path, only="3")
+    drawn = write_report(SOURCE, [outcome()], tmp_path, only="3")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["fig3.png", "fig3.svg"]
     assert drawn.name == "fig3.png"
 
@@ -162,7 +167,7 @@ def test_one_figure_alone(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     with pytest.raises(WriteError, match="choose another folder"):
-        write_report([outcome()], tmp_path / "file" / "report", only="2")
+        write_report(SOURCE, [outcome()], tmp_path / "file" / "report", only="2")
 
 
 def test_a_refused_run_has_a_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -173,8 +178,8 @@ def test_a_refused_run_has_a_record(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         seen.extend(configurations)
         return {name: record() for name in configurations}
 
-    monkeypatch.setattr("peristalsis.paper.experiments.sweep", made)
-    found = carry_out(Bench(tmp_path), Condition("stretched"), ["fig7a", "fig7c"], searches=False)
+    monkeypatch.setattr("peristalsis.scoring.runs.sweep", made)
+    found = carry_out(Bench(SOURCE, tmp_path), Condition("stretched"), ["fig7a", "fig7c"], searches=False)
     assert seen == ["fig7a"]
     assert found.measured["fig7c"]["status"] == "refused"
 
@@ -197,9 +202,9 @@ def test_searches_and_sensitivities_become_metrics(tmp_path: Path, monkeypatch: 
         return Row({**made.summary, **more})
 
     monkeypatch.setattr(
-        "peristalsis.paper.experiments.sweep", lambda configurations, *_: {n: one(c) for n, c in configurations.items()}
+        "peristalsis.scoring.runs.sweep", lambda configurations, *_: {n: one(c) for n, c in configurations.items()}
     )
-    found = carry_out(Bench(tmp_path), Condition("tight"), [], searches=True)
+    found = carry_out(Bench(SOURCE, tmp_path), Condition("tight"), [], searches=True)
     assert found.measured["pressure_of_arrest"]["threshold"] == pytest.approx(9.0, rel=0.02)
     assert found.measured["ratio_of_arrest"]["threshold"] == pytest.approx(1.05, rel=0.02)
     assert found.measured["ratio_of_arrest"]["threshold_inflated"] == pytest.approx(1.05 / 1.03, rel=0.02)
@@ -259,7 +264,7 @@ def test_the_command_runs_scores_and_writes(
         asked.append((condition.reading, dict(condition.variant), names, searches))
         return outcome(condition.reading)
 
-    monkeypatch.setattr("peristalsis.paper.experiments.carry_out", made)
+    monkeypatch.setattr("peristalsis.scoring.runs.carry_out", made)
     order = PaperOrder(None, "all", 1, tmp_path, coarse=False)
     assert carry_out_order(order, Screen(json=True)) == 0
     answer = json.loads(capsys.readouterr().out)
@@ -303,7 +308,7 @@ def test_importing_the_command_is_light() -> None:
     """The options are parsed before anything heavy is loaded."""
     source = Path(paper_command.__file__).read_text(encoding="utf-8")
     top = [line for line in source.splitlines() if line.startswith(("import ", "from "))]
-    assert not any(word in line for line in top for word in ("paper.", "studies", "numpy", "matplotlib"))
+    assert not any(word in line for line in top for word in ("scoring", "studies", "numpy", "matplotlib"))
 
 
 def test_conditions_that_lack_runs_leave_gaps_and_no_error() -> None:
@@ -311,7 +316,7 @@ def test_conditions_that_lack_runs_leave_gaps_and_no_error() -> None:
     full = outcome()
     bare = Outcome(Condition("stretched"), {"baseline": Row({"status": "refused", "error": "no"})}, {}, {})
     nothing = Outcome(Condition("stretched"), {}, {}, {})
-    for table in (tables.velocities, tables.sensitivities, tables.curves):
+    for table in (partial(tables.velocities, SOURCE), partial(tables.sensitivities, SOURCE), own_tables.curves):
         assert table([full, nothing]).rows == table([full]).rows
     by_name = {figure.name: figure.draw for figure in FIGURES}
     for name in ("thresholds", "circular_force"):
@@ -324,7 +329,7 @@ def test_conditions_that_lack_runs_leave_gaps_and_no_error() -> None:
 
 def test_sensitivity_without_velocities_failed() -> None:
     failed = replace(outcome(), measured={"equal_percentages": {"status": "failed", "error": "no velocity"}})
-    assert tables.sensitivities([failed]).rows == ()
+    assert tables.sensitivities(SOURCE, [failed]).rows == ()
 
 
 def test_every_step_of_the_paper_is_a_line(capsys: pytest.CaptureFixture[str]) -> None:

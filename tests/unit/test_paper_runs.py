@@ -4,8 +4,9 @@ import pytest
 
 from peristalsis.errors import ConfigurationError
 from peristalsis.inputs.parameters import READINGS
-from peristalsis.paper.runs import RUNS, PaperRun, phase_name
-from peristalsis.paper.searches import SEARCHES, SENSITIVITIES
+from peristalsis.scoring.experiment import Experiment
+from peristalsis.scoring.paper.runs import RUNS, phase_name
+from peristalsis.scoring.paper.searches import SEARCHES, SENSITIVITIES
 
 REFUSED = {("fig7c", "stretched")}
 
@@ -59,7 +60,7 @@ def test_phases_start_the_layers_alone() -> None:
 
 def test_a_key_changed_twice_is_refused() -> None:
     with pytest.raises(ValueError, match="keep one"):
-        PaperRun("x", changes={"wall.length": "12 cm"}, factors={"wall.length": 2.0}).configuration("tight")
+        Experiment("x", changes={"wall.length": "12 cm"}, factors={"wall.length": 2.0}).configuration("tight")
 
 
 @pytest.mark.parametrize("name", SEARCHES)
@@ -82,5 +83,6 @@ def test_a_pellet_that_stops_on_its_way_sticks() -> None:
 
 def test_sensitivities_hold_the_normal_friction_and_the_papers_ends() -> None:
     equal, ranges = SENSITIVITIES["equal_percentages"], SENSITIVITIES["paper_ranges"]
-    assert (equal.viscous[2], equal.dry[2]) == (230.0, 20.0)
-    assert (ranges.viscous[0], ranges.viscous[-1], ranges.dry[0], ranges.dry[-1]) == (90.0, 1200.0, 2.0, 800.0)
+    assert (equal.first.values[2], equal.second.values[2]) == (230.0, 20.0)
+    viscous, dry = ranges.first.values, ranges.second.values
+    assert (viscous[0], viscous[-1], dry[0], dry[-1]) == (90.0, 1200.0, 2.0, 800.0)

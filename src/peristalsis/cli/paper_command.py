@@ -16,7 +16,8 @@ from .streams import Screen, spelled
 
 if TYPE_CHECKING:
     from ..many.rows import Step
-    from ..paper.experiments import Outcome
+    from ..scoring.outcome import Outcome
+    from ..scoring.source import Source
 
 FIGURES = ("1", "2", "3", "4", "5", "6", "7")
 READINGS = ("tight", "stretched", "printed", "all")
@@ -34,7 +35,7 @@ COARSE_NOTE = "Coarse grids: transits are off by some ten per cent. Do not quote
 
 @dataclass(frozen=True)
 class PaperOrder:
-    """What to run and where to put it."""
+    """What to run and where to put it; source: whose claims are scored."""
 
     figure: str | None
     reading: str
@@ -43,10 +44,11 @@ class PaperOrder:
     coarse: bool
     searches: bool = True
     variants: tuple[str, ...] = ()
+    source: str = "paper"
 
-    def readings(self) -> tuple[str, ...]:
-        """The readings that are meant."""
-        return READINGS[:-1] if self.reading == "all" else (self.reading,)
+    def sets(self, source: Source) -> tuple[str, ...]:
+        """The parameter sets that are meant."""
+        return tuple(one.name for one in source.sets) if self.reading == "all" else (self.reading,)
 
 
 def paper(
@@ -94,7 +96,7 @@ def paper(
 
 def _variants(names: list[str]) -> tuple[str, ...]:
     """The variants that are meant, each once."""
-    from ..paper.variants import VARIANTS
+    from ..scoring.paper.variants import VARIANTS
 
     for name in names:
         if name not in VARIANTS and name != "all":
@@ -106,40 +108,29 @@ def _variants(names: list[str]) -> tuple[str, ...]:
 
 def carry_out_order(order: PaperOrder, screen: Screen) -> int:
     """Run, score, write, and say what came out; the exit code."""
-    from ..paper.experiments import COARSE, Bench, Condition, carry_out
-    from ..paper.figures import FIGURES as KNOWN
-    from ..paper.report import lines, scores_of, write_report
-    from ..paper.variants import VARIANTS
+    from ..scoring import sources
+    from ..scoring.report import lines, scores_of, write_report
+    from ..scoring.runs import Bench, carry_out
 
     begin = time.monotonic()
     screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(order.out / 'runs')}: call again to go on"
+    source = sources.get(order.source)
     names = None
     if order.figure is not None:
-        names = next(figure.runs for figure in KNOWN if figure.number == order.figure)
+        names = next(one.runs for one in source.pictures if one.number == order.figure)
     outcomes: list[Outcome] = []
-    grids = COARSE if order.coarse else {}
-    searched = order.searches and order.figure is None
-    conditions = [(Condition(reading, grids), searched) for reading in order.readings()]
-    for variant in (VARIANTS[name] for name in order.variants):
-        conditions += [
-            (
-                Condition(reading, {**grids, **variant.changes}, f"{reading}, {variant.title}"),
-                searched and variant.searches,
-            )
-            for reading in order.readings()
-        ]
-    for condition, search in conditions:
-        bench = Bench(order.out / "runs", order.workers, _Progress(screen, condition.title))
-        outcomes.append(carry_out(bench, condition, names, search))
-    page = write_report(outcomes, order.out, order.figure, COARSE_NOTE if order.coarse else "")
+    for condition, searched in source.conditions(order.sets(source), order.variants, order.coarse):
+        bench = Bench(source, order.out / "runs", order.workers, _Progress(screen, condition.title))
+        outcomes.append(carry_out(bench, condition, names, order.searches and order.figure is None and searched))
+    page = write_report(source, outcomes, order.out, order.figure, COARSE_NOTE if order.coarse else "")
     spent = time.monotonic() - begin
     answer: dict[str, Any] = {"status": "finished", "written": str(page), "wall_s": round(spent, 1)}
     if order.figure is None:
-        scores = scores_of(outcomes)
+        scores = scores_of(source, outcomes)
         answer["verdicts"] = {
-            title: {str(one.claim.number): one.verdict for one in every} for title, every in scores.items()
+            title: {source.label(one.claim.number): one.verdict for one in every} for title, every in scores.items()
         }
-        screen.table(("claim", "statement", *scores), lines(scores))
+        screen.table(("claim", "statement", *scores), lines(source, scores))
     screen.answer(answer)
     screen.say(f"written: {spelled(page)} ({spent:.0f} s)")
     return 0

@@ -1,10 +1,10 @@
-"""Carries out what the claims need under one reading: runs, searches, sensitivities; everything is kept on disk."""
+"""Makes what the claims of a source need under one condition: runs, searches, sensitivities; all is kept on disk."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,50 +16,25 @@ from ..many.rows import Row, Step
 from ..many.sensitivity import shares
 from ..many.sweep import sweep
 from ..many.threshold import Threshold, find_threshold
-from .measure import measure
+from .experiment import Experiment
+from .outcome import Condition, Outcome
 from .rules import UNUSABLE
-from .runs import RUNS, PaperRun
-from .searches import SEARCHES, SENSITIVITIES, Search, Sensitivity
-
-COARSE: Mapping[str, Any] = {"grid.n_z": 400, "grid.n_z_wall": 200, "step.wall": "4 ms"}
-"""Grids for a quick look: transits are off by some ten per cent, and verdicts with them."""
+from .searches import Search, Sensitivity
+from .source import Source
 
 Progress = Callable[[Step], None]
 
 
 @dataclass(frozen=True)
-class Condition:
-    """Under what the experiments are made: a reading, and a variant laid over it and under each experiment."""
-
-    reading: str
-    variant: Mapping[str, Any] = field(default_factory=dict)
-    name: str = ""
-
-    @property
-    def title(self) -> str:
-        """How the condition is called in tables."""
-        return self.name or self.reading
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Everything found under one condition."""
-
-    condition: Condition
-    records: Mapping[str, Row]
-    thresholds: Mapping[str, Threshold]
-    measured: Mapping[str, Mapping[str, Any]]
-
-
-@dataclass(frozen=True)
 class Bench:
-    """Where and how runs are made."""
+    """Where and how the runs of a source are made."""
 
+    source: Source
     folder: Path
     workers: int = 1
     progress: Progress | None = None
 
-    def records(self, runs: Iterable[PaperRun], condition: Condition) -> dict[str, Row]:
+    def records(self, runs: Iterable[Experiment], condition: Condition) -> dict[str, Row]:
         """The records of runs; an experiment that the configuration refuses has a record that says so."""
         found: dict[str, Row] = {}
         accepted: dict[str, Configuration] = {}
@@ -68,7 +43,7 @@ class Bench:
                 accepted[run.name] = run.configuration(condition.reading, condition.variant)
             except ConfigurationError as error:
                 found[run.name] = Row({"status": "refused", "error": str(error)})
-        return found | sweep(accepted, self.folder, measure, self.workers, self.progress)
+        return found | sweep(accepted, self.folder, self.source.measure, self.workers, self.progress)
 
     def search(self, search: Search, condition: Condition) -> tuple[Threshold, dict[str, Row]]:
         """Carry out one search."""
@@ -84,21 +59,22 @@ class Bench:
 
     def sensitivity(self, study: Sensitivity, condition: Condition) -> tuple[dict[str, Any], dict[str, Row]]:
         """Carry out one sensitivity; its numbers as metrics."""
-        runs = [[study.run(viscous, dry) for dry in study.dry] for viscous in study.viscous]
+        runs = [[study.run(first, second) for second in study.second.values] for first in study.first.values]
         records = self.records([run for row in runs for run in row], condition)
         bad = [name for name, record in records.items() if record.status in UNUSABLE]
         if bad:
             return {"status": "failed", "error": f"no velocity at {', '.join(bad[:3])}"}, records
         table = np.array([[records[run.name].summary["mean_velocity_cm_s"] for run in row] for row in runs])
         found = shares(table)
+        first, second = study.first.name, study.second.name
         numbers = {
             "status": "finished",
-            "viscous": found.first,
-            "viscous_low": found.first_band[0],
-            "viscous_high": found.first_band[1],
-            "dry": found.second,
-            "dry_low": found.second_band[0],
-            "dry_high": found.second_band[1],
+            first: found.first,
+            f"{first}_low": found.first_band[0],
+            f"{first}_high": found.first_band[1],
+            second: found.second,
+            f"{second}_low": found.second_band[0],
+            f"{second}_high": found.second_band[1],
             "velocities": table.tolist(),
         }
         return numbers, records
@@ -115,16 +91,17 @@ def carry_out(
     searches: bool = True,
 ) -> Outcome:
     """Make the named runs (all unless given) and, if asked, the searches and sensitivities."""
-    names = list(RUNS) if runs is None else list(runs)
-    records = bench.records([RUNS[name] for name in names], condition)
+    source = bench.source
+    names = list(source.runs) if runs is None else list(runs)
+    records = bench.records([source.runs[name] for name in names], condition)
     measured: dict[str, Mapping[str, Any]] = {name: records[name].summary for name in names}
     thresholds: dict[str, Threshold] = {}
     if searches:
-        for search in SEARCHES.values():
+        for search in source.searches.values():
             thresholds[search.name], more = bench.search(search, condition)
             records |= more
             measured[search.name] = _threshold_numbers(search, thresholds[search.name], more)
-        for study in SENSITIVITIES.values():
+        for study in source.sensitivities.values():
             measured[study.name], more = bench.sensitivity(study, condition)
             records |= more
     return Outcome(condition, records, thresholds, measured)

@@ -2,38 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..many.rows import Row
-from ..plots import style
-from .drawing import COLOURS, canvas, ending, tracks, tracks_figure, usable
-from .experiments import Outcome
+from ...many.rows import Row
+from ...plots import style
+from ..drawing import COLOURS, canvas, ending, thresholds_figure, tracks, tracks_figure, usable
+from ..outcome import Outcome
+from ..source import Picture
 from .flowchart import draw_flowchart
-from .runs import CHANNELS, CURVE, PHASES, phase_name
+from .runs import CHANNELS, CURVE, PHASES, RUNS, channel_run, phase_name
 from .searches import SEARCHES
-from .tables import channel_run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class PaperFigure:
-    """One figure: its number in the paper ("" if it is ours), the runs it needs, and how it is drawn."""
-
-    name: str
-    number: str
-    title: str
-    caption: str
-    runs: tuple[str, ...]
-    draw: Callable[[Sequence[Outcome]], Canvas]
 
 
 def _sequence(outcomes: Sequence[Outcome]) -> Canvas:
@@ -90,8 +77,6 @@ def _sequence(outcomes: Sequence[Outcome]) -> Canvas:
 
 
 def _pellet_radius(outcome: Outcome, record: Row) -> float:
-    from .runs import RUNS
-
     return RUNS["baseline"].configuration(outcome.condition.reading, outcome.condition.variant).pellet.radius
 
 
@@ -196,35 +181,6 @@ def _phases(outcomes: Sequence[Outcome]) -> Canvas:
     return figure
 
 
-def _thresholds(outcomes: Sequence[Outcome]) -> Canvas:
-    """Mean velocity over each searched parameter, with the bracket."""
-    figure = canvas(11.0, 6.8, "Thresholds: mean velocity over the parameter; shaded: the bracket")
-    panels = list(figure.subplots(2, 2).ravel())
-    for axes, (name, search) in zip(panels, SEARCHES.items(), strict=True):
-        for index, outcome in enumerate(outcomes):
-            found = outcome.thresholds.get(name)
-            if found is None:
-                continue
-            speeds = []
-            for point in found.points:
-                record = outcome.records.get(search.run(point.value).name)
-                speed = record.summary.get("mean_velocity_cm_s") if record is not None else None
-                speeds.append(np.nan if speed is None else speed)
-            values = [point.value for point in found.points]
-            axes.plot(values, speeds, "o-", color=COLOURS[index], label=outcome.condition.title, markersize=4)
-            if found.low is not None and found.high is not None:
-                axes.axvspan(found.low, found.high, color=COLOURS[index], alpha=0.25)
-        if search.key != "ratio":
-            axes.set_xscale("log")
-        unit = "" if search.unit == "1" else f" ({search.unit})"
-        axes.set_xlabel(f"{'R / r0' if search.key == 'ratio' else search.key}{unit}")
-        axes.set_ylabel("mean velocity (cm/s)")
-        axes.set_title(search.title)
-        axes.grid(alpha=0.25)
-    panels[0].legend(fontsize=8)
-    return figure
-
-
 def _circular_force(outcomes: Sequence[Outcome]) -> Canvas:
     """Active circular force of the wall over the pellet's place."""
     figure = canvas(7.4, 4.0, "Active force of the circular layer while the pellet is propelled (baseline)")
@@ -258,8 +214,8 @@ _FIG6 = {
 }
 _FIG7 = {f"fig7{letter}": f"r0 = {r} cm" for letter, r in zip("abc", ("0.795", "0.9", "0.6"), strict=True)}
 
-FIGURES: tuple[PaperFigure, ...] = (
-    PaperFigure(
+FIGURES: tuple[Picture, ...] = (
+    Picture(
         "fig1",
         "1",
         "The sequence of events",
@@ -268,7 +224,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         ("baseline",),
         _sequence,
     ),
-    PaperFigure(
+    Picture(
         "fig2",
         "2",
         "Flow of the program",
@@ -276,7 +232,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         (),
         lambda outcomes: draw_flowchart(canvas(9.6, 7.2, "Fig. 2: the paper's program and this one")),
     ),
-    PaperFigure(
+    Picture(
         "fig3",
         "3",
         "Friction",
@@ -284,7 +240,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         tuple(_FIG3),
         tracks_figure("Fig. 3: viscous friction (mN s/cm) / dry friction (mN)", _FIG3),
     ),
-    PaperFigure(
+    Picture(
         "fig4",
         "4",
         "Lumen pressure",
@@ -292,7 +248,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         tuple(_FIG4),
         tracks_figure("Fig. 4: lumen pressure", _FIG4),
     ),
-    PaperFigure(
+    Picture(
         "fig5",
         "5",
         "Permeability of the channels",
@@ -301,7 +257,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         tuple(channel_run(channel, factor) for channel in CHANNELS for factor in (*CURVE, 1.0)),
         _channels,
     ),
-    PaperFigure(
+    Picture(
         "fig6",
         "6",
         "Stimulation",
@@ -309,7 +265,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         tuple(_FIG6),
         tracks_figure("Fig. 6: stimulation and viscous friction (mN s/cm)", _FIG6),
     ),
-    PaperFigure(
+    Picture(
         "fig7",
         "7",
         "Radius of the tube",
@@ -317,7 +273,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         tuple(_FIG7),
         tracks_figure("Fig. 7: radius of the tube", _FIG7),
     ),
-    PaperFigure(
+    Picture(
         "abstract",
         "",
         "Three kinds of movement",
@@ -326,7 +282,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         ("pendular", "segmentation", "baseline"),
         _abstract,
     ),
-    PaperFigure(
+    Picture(
         "phases",
         "",
         "Phase between the layers",
@@ -334,7 +290,7 @@ FIGURES: tuple[PaperFigure, ...] = (
         tuple(phase_name(delay) for delay in PHASES),
         _phases,
     ),
-    PaperFigure(
+    Picture(
         "circular_force",
         "",
         "Active circular force",
@@ -342,12 +298,13 @@ FIGURES: tuple[PaperFigure, ...] = (
         ("baseline",),
         _circular_force,
     ),
-    PaperFigure(
+    Picture(
         "thresholds",
         "",
         "Thresholds",
         "Mean velocity over each parameter that was searched; shaded, the bracket of the threshold.",
         (),
-        _thresholds,
+        thresholds_figure(SEARCHES),
+        searched=True,
     ),
 )

@@ -8,8 +8,8 @@ say nothing, is not testable.
 
 from __future__ import annotations
 
-from .claim import Claim, Part
-from .rules import AllOf, AnyOf, Ends, Exceeds, InTime, Later, Not, Rule, Within
+from ..claim import Claim, Part, Untestable
+from ..rules import AllOf, AnyOf, Ends, Exceeds, InTime, Later, Not, Rule, Within
 from .runs import PHASES, PRESSURES, SPECIAL, phase_name
 
 ARREST, NEVER = ("arrested",), ("arrested", "in_transit")
@@ -387,9 +387,11 @@ CLAIMS: tuple[Claim, ...] = (
     ),
 )
 
-NOT_TESTABLE = {
-    "The simulated movements resemble those recorded experimentally (section 4).": (
-        "the paper shows no record and names no measure of likeness"
+NOT_TESTABLE = (
+    Untestable(
+        "The simulated movements resemble those recorded experimentally (section 4).",
+        "section 4",
+        "the paper shows no record and names no measure of likeness",
     ),
-}
+)
 """Statements without a number in the list, and why they cannot be tested."""

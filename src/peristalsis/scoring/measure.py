@@ -1,4 +1,4 @@
-"""The numbers and curves that are kept of a run of the paper: every metric of `metrics`, and what its figures need."""
+"""The numbers and curves that are kept of a run: every metric of `metrics`, and what figures need."""
 
 from __future__ import annotations
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from .claim import Claim
-from .claims import CLAIMS
 from .rules import Finding, Measured
 
 HOLDS, IN_PART, FAILS, UNTESTABLE = "holds", "holds in part", "does not hold", "not testable"
@@ -58,6 +58,6 @@ def score(claim: Claim, measured: Measured) -> Scored:
     return Scored(claim, verdict, findings)
 
 
-def score_all(measured: Measured) -> tuple[Scored, ...]:
+def score_all(claims: Iterable[Claim], measured: Measured) -> tuple[Scored, ...]:
     """All claims, in their order."""
-    return tuple(score(claim, measured) for claim in CLAIMS)
+    return tuple(score(claim, measured) for claim in claims)

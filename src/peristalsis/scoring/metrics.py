@@ -1,4 +1,7 @@
-"""What is measured of a run, once: name, unit, definition. The rules of the claims know no other numbers."""
+"""What is measured of the run of a pellet, once: name, unit, definition. Rules of claims know no other numbers.
+
+A source that needs further ones brings a measure and definitions of its own (`source.Source`).
+"""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,18 +13,18 @@ from .._version import __version__
 from ..errors import WriteError, shown
 from ..plots import style
 from ..plots.placing import whole
-from .claims import CLAIMS
-from .experiments import Outcome
-from .figures import FIGURES, PaperFigure
-from .metrics import METRICS
+from .outcome import Outcome
 from .score import Scored, score_all
-from .tables import Table, all_tables
+from .source import Picture, Source, Table
+from .tables import Scores, all_tables
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 PAGE = "report.html"
 FORMATS = ("png", "svg")
+FIRST = ("claims", "counts", "explanations")
+"""Tables that stand above the figures."""
 
 COLOURS = {
     "holds in part": "#fdf0c8",
@@ -44,13 +44,17 @@ figcaption { font-size: 13.5px; color: #444; } summary { cursor: pointer; font-w
 """
 
 
-def scores_of(outcomes: Sequence[Outcome]) -> dict[str, tuple[Scored, ...]]:
+def scores_of(source: Source, outcomes: Sequence[Outcome]) -> dict[str, tuple[Scored, ...]]:
     """Title of each condition to the scores of all claims."""
-    return {outcome.condition.title: score_all(outcome.measured) for outcome in outcomes}
+    return {outcome.condition.title: score_all(source.claims, outcome.measured) for outcome in outcomes}
 
 
 def write_report(
-    outcomes: Sequence[Outcome], folder: str | os.PathLike[str], only: str | None = None, note: str = ""
+    source: Source,
+    outcomes: Sequence[Outcome],
+    folder: str | os.PathLike[str],
+    only: str | None = None,
+    note: str = "",
 ) -> Path:
     """Write page, tables and figures into `folder` and return the page.
 
@@ -58,18 +62,16 @@ def write_report(
     the top of the page. Raises WriteError.
     """
     target = Path(folder)
-    chosen = [figure for figure in FIGURES if only is None or figure.number == only]
+    chosen = [one for one in source.pictures if only is None or one.number == only]
     try:
         target.mkdir(parents=True, exist_ok=True)
-        images = {
-            figure.name: _write_figure(figure, outcomes, target) for figure in chosen if _drawable(figure, outcomes)
-        }
+        images = {one.name: _write_picture(one, outcomes, target) for one in chosen if one.drawable(outcomes)}
         if only is not None:
             return target / f"{chosen[0].name}.png"
-        tables = all_tables(outcomes, scores_of(outcomes))
+        tables = all_tables(source, outcomes, scores_of(source, outcomes))
         for table in tables:
             _write(target / f"{table.name}.csv", table.csv().encode("utf-8"))
-        page = page_of(tables, [(figure, images[figure.name]) for figure in chosen if figure.name in images], note)
+        page = page_of(source, tables, [(one, images[one.name]) for one in chosen if one.name in images], note)
         _write(target / PAGE, page.encode("utf-8"))
     except OSError as error:
         raise WriteError(
@@ -79,18 +81,12 @@ def write_report(
     return target / PAGE
 
 
-def _drawable(figure: PaperFigure, outcomes: Sequence[Outcome]) -> bool:
-    if figure.name == "thresholds":
-        return any(outcome.thresholds for outcome in outcomes)
-    return not figure.runs or any(name in outcome.records for outcome in outcomes for name in figure.runs)
-
-
-def _write_figure(figure: PaperFigure, outcomes: Sequence[Outcome], folder: Path) -> bytes:
+def _write_picture(picture: Picture, outcomes: Sequence[Outcome], folder: Path) -> bytes:
     with style.applied():
-        canvas: Canvas = figure.draw(outcomes)
+        canvas: Canvas = picture.draw(outcomes)
     for ending in FORMATS:
-        style.write(canvas, folder / f"{figure.name}.{ending}", figure.title, figure.caption)
-    return (folder / f"{figure.name}.png").read_bytes()
+        style.write(canvas, folder / f"{picture.name}.{ending}", picture.title, picture.caption)
+    return (folder / f"{picture.name}.png").read_bytes()
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -98,42 +94,38 @@ def _write(path: Path, content: bytes) -> None:
         temporary.write_bytes(content)
 
 
-def page_of(tables: Sequence[Table], figures: Sequence[tuple[PaperFigure, bytes]], note: str = "") -> str:
+def page_of(source: Source, tables: Sequence[Table], pictures: Sequence[tuple[Picture, bytes]], note: str = "") -> str:
     """The whole page as text; pictures are inside it."""
+    about = source.about.replace("{version}", __version__)
     parts = [
         "<!doctype html>",
-        '<html lang="en"><head><meta charset="utf-8"><title>The paper, scored</title>',
+        f'<html lang="en"><head><meta charset="utf-8"><title>{html.escape(source.title)}</title>',
         f"<style>{_STYLE}</style></head><body>",
-        "<h1>Computer-aided model of colonic propulsive activity: every experiment, scored</h1>",
-        "<p>The source is Al Qatrawi &amp; Miftahof. Runs by peristalsis "
-        f"{html.escape(__version__)}; frictions printed in N s/m and N are read in mN s/cm and mN. Calibrated: the "
-        "wave. Chosen: what the last tables list. Everything else is prediction.</p>",
+        f"<h1>{html.escape(source.heading)}</h1>",
+        f"<p>{html.escape(about)}</p>",
     ]
     if note:
         parts.append(f"<p><strong>{html.escape(note)}</strong></p>")
-    folded = ("parts", "velocities", "curves", "calibrated", "chosen")
-    first = [table for table in tables if table.name in ("claims", "counts", "explanations")]
-    later = [table for table in tables if table.name not in ("claims", "counts", "explanations")]
-    parts += [_table(table, table.name in folded) for table in first]
-    for figure, image in figures:
+    parts += [_table(table) for table in tables if table.name in FIRST]
+    for figure, image in pictures:
         number = f"Fig. {figure.number}: " if figure.number else ""
         picture = base64.b64encode(image).decode("ascii")
         parts.append(
             f'<figure><h2>{number}{html.escape(figure.title)}</h2><img alt="{html.escape(figure.title)}" '
             f'src="data:image/png;base64,{picture}"><figcaption>{html.escape(figure.caption)}</figcaption></figure>'
         )
-    parts += [_table(table, table.name in folded) for table in later]
-    parts += [_definitions(), _rules(), "</body></html>"]
+    parts += [_table(table) for table in tables if table.name not in FIRST]
+    parts += [_definitions(source), _rules(source), "</body></html>"]
     return "\n".join(parts)
 
 
-def _table(table: Table, folded: bool) -> str:
+def _table(table: Table) -> str:
     head = "".join(f"<th>{html.escape(column)}</th>" for column in table.columns)
     rows = "\n".join("<tr>" + "".join(_cell(cell) for cell in row) + "</tr>" for row in table.rows)
     note = f"<p>{html.escape(table.note)}</p>" if table.note else ""
     body = f"{note}<table><tr>{head}</tr>\n{rows}</table>"
     title = html.escape(table.title)
-    return f"<details><summary>{title}</summary>{body}</details>" if folded else f"<h2>{title}</h2>{body}"
+    return f"<details><summary>{title}</summary>{body}</details>" if table.folded else f"<h2>{title}</h2>{body}"
 
 
 def _cell(text: str) -> str:
@@ -143,10 +135,10 @@ def _cell(text: str) -> str:
     return f"<td>{html.escape(text)}</td>"
 
 
-def _definitions() -> str:
+def _definitions(source: Source) -> str:
     rows = "\n".join(
         f"<tr><td>{html.escape(one.name)}</td><td>{html.escape(one.unit)}</td><td>{html.escape(one.definition)}</td></tr>"
-        for one in METRICS.values()
+        for one in source.metrics.values()
     )
     return (
         "<details><summary>What is measured</summary><table><tr><th>metric</th><th>unit</th><th>definition</th></tr>"
@@ -154,11 +146,11 @@ def _definitions() -> str:
     )
 
 
-def _rules() -> str:
+def _rules(source: Source) -> str:
     """Every rule as it stands in the program."""
     rows = "\n".join(
-        f"<tr><td>{claim.number}</td><td>{html.escape(part.name)}</td><td><code>{html.escape(repr(part.rule))}</code></td></tr>"
-        for claim in CLAIMS
+        f"<tr><td>{source.label(claim.number)}</td><td>{html.escape(part.name)}</td><td><code>{html.escape(repr(part.rule))}</code></td></tr>"
+        for claim in source.claims
         for part in claim.parts
     )
     return (
@@ -167,10 +159,10 @@ def _rules() -> str:
     )
 
 
-def lines(scores: Mapping[str, Sequence[Scored]]) -> list[tuple[str, ...]]:
+def lines(source: Source, scores: Scores) -> list[tuple[str, ...]]:
     """Rows for a screen: number, statement, and the verdict under each condition."""
     first = next(iter(scores.values()))
     return [
-        (str(one.claim.number), one.claim.statement, *(every[index].verdict for every in scores.values()))
+        (source.label(one.claim.number), one.claim.statement, *(every[index].verdict for every in scores.values()))
         for index, one in enumerate(first)
     ]

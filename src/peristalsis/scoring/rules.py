@@ -16,15 +16,8 @@ RESOLVED = 0.01
 UNUSABLE = ("refused", "diverged", "interrupted", "failed")
 """Ends of a run that say nothing about the pellet."""
 
-UNITS = {
-    "transit_s": "s",
-    "travel_cm": "cm",
-    "mean_velocity_cm_s": "cm/s",
-    "libration_cm": "cm",
-    "drift_cm": "cm",
-    "end_displacement_cm": "cm",
-    "threshold_kpa": "kPa",
-}
+UNITS = {"_cm_s": "cm/s", "_cm": "cm", "_s": "s", "_kpa": "kPa", "_kPa": "kPa", "_mN": "mN"}
+"""Ending of a metric's name to its unit, longer endings first; a name without one of them is of no unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +61,7 @@ def shown(value: Any, metric: str = "") -> str:
     if value is None:
         return "undefined"
     if isinstance(value, float | int) and not isinstance(value, bool):
-        unit = UNITS.get(metric, "")
+        unit = next((unit for ending, unit in UNITS.items() if metric.endswith(ending)), "")
         return f"{value:.4g} {unit}".strip()
     return str(value)
 

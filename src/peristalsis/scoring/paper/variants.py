@@ -3,20 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
-
-@dataclass(frozen=True, slots=True)
-class Variant:
-    """One changed choice: its name, how tables call it, the changes, and whether thresholds are searched under it."""
-
-    name: str
-    title: str
-    changes: Mapping[str, Any]
-    searches: bool = False
-
+from ..source import Variant
 
 VARIANTS: Mapping[str, Variant] = MappingProxyType(
     {

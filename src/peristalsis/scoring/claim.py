@@ -1,4 +1,4 @@
-"""What a claim of the paper is: a statement, its place, its parts with their rules, and what it served for."""
+"""What a claim is: a statement, its place in the source, its parts with their rules, and what it served for."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """One claim: its number, what the paper says in our words, where, and its parts."""
+    """One claim: its number, what the source says in our words, where, and its parts."""
 
     number: int
     statement: str
@@ -33,3 +33,27 @@ class Claim:
     def runs(self) -> tuple[str, ...]:
         """The runs and studies it needs."""
         return tuple(dict.fromkeys(run for part in self.parts for run in part.rule.runs()))
+
+
+@dataclass(frozen=True, slots=True)
+class Untestable:
+    """A statement of the source that no rule can decide, where it stands, and why it cannot be tested."""
+
+    statement: str
+    place: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """Why a claim does not hold under a parameter set; `command` shows it.
+
+    nearest: the nearest condition in which the failing part was seen to hold. shown: the command for that.
+    """
+
+    claim: int
+    reading: str
+    reason: str
+    command: str
+    nearest: str = "none seen"
+    shown: str = "–"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from ..plots import style
+from ...plots import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +34,7 @@ ROWS = (
     ),
     (
         "OUTPRN: print results",
-        "observers, events: record every step, may stop the run\nresult, plots, paper: files, figures, verdicts",
+        "observers, events: record every step, may stop the run\nresult, plots, scoring: files, figures, verdicts",
     ),
 )
 """The paper's routine, and what does its work here."""

@@ -1,47 +1,12 @@
-"""The searches and the sensitivities that the claims need, as data: what is varied, over what, and what is asked."""
+"""The searches and the sensitivities that the paper's claims need."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
-from .runs import DRY, ETA, PaperRun
-
-
-@dataclass(frozen=True, slots=True)
-class Search:
-    """One threshold: scan all `values`, then bisect the last change from `below` to `above` to `tolerance`.
-
-    key: the parameter, or "ratio" for the pellet's radius over the tube's. predicate: `arrives`, `does_not_arrive` or
-    `sticks` (see `holds`). expected: whether the predicate is false below the threshold and true above it.
-    """
-
-    name: str
-    title: str
-    key: str
-    unit: str
-    values: tuple[float, ...]
-    predicate: str
-    tolerance: float = 0.02
-
-    def run(self, value: float) -> PaperRun:
-        """The run at one value."""
-        name = f"{self.name}={value:.6g}"
-        if self.key == "ratio":
-            return PaperRun(name, ratio=value)
-        return PaperRun(name, changes={self.key: f"{value!r} {self.unit}"})
-
-    def holds(self, metrics: Mapping[str, object]) -> bool:
-        """The predicate, on the metrics of a run that did not break off."""
-        arrives = metrics["transit_s"] is not None
-        if self.predicate == "arrives":
-            return arrives
-        if self.predicate == "does_not_arrive":
-            return not arrives
-        stops = metrics.get("stops")
-        return not arrives or (isinstance(stops, int | float) and stops >= 1)
-
+from ..searches import Axis, Search, Sensitivity
+from .runs import DRY, ETA
 
 SEARCHES: Mapping[str, Search] = MappingProxyType(
     {
@@ -84,22 +49,13 @@ SEARCHES: Mapping[str, Search] = MappingProxyType(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Sensitivity:
-    """A full factorial over viscous and dry friction: shares of the variance of the mean velocity.
-
-    The mean velocity is travel over transit, or over the whole run where the pellet does not arrive: defined always.
-    """
-
-    name: str
-    title: str
-    viscous: tuple[float, ...]
-    dry: tuple[float, ...]
-
-    def run(self, viscous: float, dry: float) -> PaperRun:
-        """The run at one point."""
-        name = f"{self.name}={viscous:.6g},{dry:.6g}"
-        return PaperRun(name, changes={ETA: f"{viscous!r} mN*s/cm", DRY: f"{dry!r} mN"})
+def _frictions(name: str, title: str, viscous: tuple[float, ...], dry: tuple[float, ...]) -> Sensitivity:
+    return Sensitivity(
+        name,
+        title,
+        Axis("viscous", "viscous friction", ETA, "mN*s/cm", viscous),
+        Axis("dry", "dry friction", DRY, "mN", dry),
+    )
 
 
 def _spaced(low: float, high: float, count: int = 5) -> tuple[float, ...]:
@@ -110,13 +66,13 @@ SENSITIVITIES: Mapping[str, Sensitivity] = MappingProxyType(
     {
         one.name: one
         for one in (
-            Sensitivity(
+            _frictions(
                 "equal_percentages",
                 "both frictions from half to double their normal value",
                 _spaced(115.0, 460.0),
                 _spaced(10.0, 40.0),
             ),
-            Sensitivity(
+            _frictions(
                 "paper_ranges",
                 "the ranges of the paper's Fig. 3: viscous 90 to 1200, dry 2 to 800",
                 _spaced(90.0, 1200.0),
