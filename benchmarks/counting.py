@@ -150,6 +150,9 @@ def counted(array: np.ndarray[Any, Any]) -> Cells:
 def _argument(value: Any) -> Any:
     if isinstance(value, np.ndarray) and value.dtype == np.float64:
         return counted(value)
+    if isinstance(value, tuple) and any(isinstance(one, np.ndarray) for one in value):  # a record of arrays
+        inner = (_argument(one) if isinstance(one, np.ndarray) else one for one in value)
+        return type(value)(*inner) if hasattr(value, "_fields") else tuple(inner)
     return Number(value) if type(value) is float else value
 
 

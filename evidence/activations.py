@@ -85,7 +85,8 @@ def main() -> None:
         transit = result.summary["transit_s"]
         rows.append(
             f"| {label} | {result.summary['status']} | {'–' if transit is None else f'{transit:.3f}'} | "
-            f"{driven[0]:.2f} | {driven.max():.1f} | {risen:.2f} | {peak:.2f} | {fallen:.2f} |"
+            f"{driven[0]:.2f} | {driven.max():.1f} | {risen:.2f} | {peak:.2f} | "
+            f"{'never' if np.isnan(fallen) else f'{fallen:.2f}'} |"
         )
         print(rows[-1], flush=True)
     draw(traces)
@@ -103,8 +104,8 @@ interstitial cells drives gastric muscle, with four answers to what makes the mu
 
 Half-activation at 0.25 uM, 1/s for the kinase and the drives at full activation are examples that make the three
 comparable, and no measurements. What does not depend on them: calcium follows the potential by as much as its removal
-takes, bridges follow calcium by seconds, and latched bridges of an artery (0.01/s) hold on from wave to wave: the tube
-stays narrow ahead of the pellet, which is left behind. Muscle that has to relax between slow waves lets go of them faster.
+takes, bridges follow calcium by seconds, and latched bridges of an artery (0.01/s) hold on from wave to wave: the
+muscle never relaxes, and the pellet is arrested. Muscle that has to relax between slow waves lets go of them faster.
 """
     (DOCS / "evidence" / "activations.md").write_text(page, encoding="utf-8")
 

@@ -128,10 +128,32 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     yield tmp_path
     plugins.forget_all()
     for name in set(names.OUTPUTS) - known:
-        names.forget(name)
+        one = names.OUTPUTS[name]
+        if one in names.HOMES.get(one.dimensions, ()):  # registered; states of a cell are known from its first run on
+            names.forget(name)
 
 
-@pytest.mark.parametrize("page", [page for page, shown in SHOWN.items() if shown])
+COMPILES = ("activation.md", "explicit.md", "laws.md", "shapes.md", "whole_surface.md")
+"""Pages that compile kernels of their own for a minute each: run in the slow tier, read in the quick one."""
+
+
+def runnable() -> list[Any]:
+    """Pages that show something; those that compile are slow."""
+    return [pytest.param(page, marks=pytest.mark.slow if page in COMPILES else ()) for page in SHOWN if SHOWN[page]]
+
+
+@pytest.mark.parametrize("page", COMPILES)
+def test_what_a_slow_page_shows_can_be_read(page: str, folder: Path) -> None:
+    """Python compiles, files are taken, commands and options are those of the program."""
+    assert SHOWN[page]
+    for kind, text, line in SHOWN[page]:
+        if kind == "python":
+            compile(text, page, "exec")
+        elif kind == "command" and "--plugin" not in text:
+            parsed([word for word in shlex.split(text) if not word.isupper()], f"{page}:{line}")
+
+
+@pytest.mark.parametrize("page", runnable())
 def test_page_runs(page: str, folder: Path, stored: Callable[[str], Path]) -> None:
     """A reader who does what the page says, from top to bottom, meets no error."""
     namespace: dict[str, object] = {"__name__": "page"}

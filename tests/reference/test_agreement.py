@@ -119,6 +119,7 @@ def explicit_pair(elements: int) -> tuple[Track, Track]:
     return wide_package(elements, "0.25 ms", **EXPLICIT), Track(run.time, run.position)
 
 
+@pytest.mark.slow
 def test_two_explicit_schemes_agree_on_a_coarse_wall() -> None:
     """0.1 cm: what is left is each grid's own error, and falls with it (the slow test); a light wall is far off."""
     ours, theirs = explicit_pair(100)

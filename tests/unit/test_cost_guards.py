@@ -124,11 +124,16 @@ def test_step_holds_little_memory() -> None:
     try:
         for _ in range(3):
             advance_safely(model, after)
-        stays, most = tracemalloc.get_traced_memory()
+        most, stays = tracemalloc.get_traced_memory()[1], _in_arrays()
         for _ in range(20):
             advance_safely(model, after)
-        stays_later, _ = tracemalloc.get_traced_memory()
+        stays_later = _in_arrays()
     finally:
         tracemalloc.stop()
     assert most <= 0.9 * state
-    assert stays_later - stays <= 0.1 * state
+    assert stays_later - stays <= 0.01 * state
+
+
+def _in_arrays() -> int:
+    """Bytes traced in pieces as large as an array of nodes; small ones are numba's, which keeps some for reuse."""
+    return sum(trace.size for trace in tracemalloc.take_snapshot().traces if trace.size >= 1000)

@@ -85,7 +85,7 @@ def moved(law: str, grid: str, **changes: object) -> Simulation:
     assert 0.8 < first[:, :, 0].max() < 1.2
     assert result.arrays["normal_force"].max() > 0.0
     assert np.abs(run.state.wall.position - first).max() > 1e-3
-    scalars = run._scalars
+    scalars = run._recorders.scalars
     assert abs(scalars.done.residual) <= 1e-3 * scalars.absolute_work
     return run
 
