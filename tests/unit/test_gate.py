@@ -223,7 +223,7 @@ def test_a_gate_in_vain_is_said(changes: Mapping[str, Any], says: str) -> None:
     assert asked.remarks(configuration(STRETCH)) == []
 
 
-@pytest.mark.parametrize(("radius", "silent"), [("0.82 cm", True), ("0.9 cm", False)])
+@pytest.mark.parametrize(("radius", "silent"), [("0.82 cm", True), ("0.855 cm", True), ("0.9 cm", False)])
 def test_a_pellet_too_narrow_for_the_receptors_is_said(radius: str, silent: bool) -> None:
     grid = {"grid.n_z": 60, "grid.n_z_wall": 60}
     model, _, _ = initial_state(build(configuration(STRETCH | grid | {"pellet.radius": radius})))

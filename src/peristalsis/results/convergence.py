@@ -56,13 +56,8 @@ def start_remarks(model: Model) -> list[str]:
             "rings, there is more than one equilibrium, and grid and rounding chose this one; lower lumen.pressure or "
             "stiffen the passive wall, and take no number from this run"
         )
-    gated = model.trigger.gate.kind == "stretch" and model.pellet.present and model.reflex.enabled
-    if gated and model.pellet.radius <= model.reflex.threshold * model.free_radius.min():
-        widest = model.pellet.radius / float(model.free_radius.min())
-        found.append(
-            f"trigger.gate = stretch: the pellet is {widest:.4g} times as wide as the narrowest place of the tube, and "
-            f"reflex.threshold = {model.reflex.threshold:g}; the gate never opens"
-        )
+    if model.trigger.gate.kind == "stretch" and model.pellet.present and model.reflex.enabled:
+        found += _closed_gate(model)
     if model.pellet.present and model.reflex.enabled:
         margin = model.pellet.radius / float(np.median(model.free_radius)) / model.reflex.threshold - 1.0
         if abs(margin) < RECEPTOR_MARGIN:
@@ -73,6 +68,18 @@ def start_remarks(model: Model) -> list[str]:
                 f"{CERTAIN_HINT}"
             )
     return found
+
+
+def _closed_gate(model: Model) -> list[str]:
+    """Whether the pellet is too narrow to stretch any receptor; its girth stays a radius off the clamped rings."""
+    nodes, reach = model.grid.nodes, model.pellet.radius
+    inner = model.free_radius[(nodes >= nodes[0] + reach) & (nodes <= nodes[-1] - reach)]
+    if inner.size == 0 or reach > model.reflex.threshold * inner.min():
+        return []
+    return [
+        f"trigger.gate = stretch: the pellet is {reach / float(inner.min()):.4g} times as wide as the pellet-free tube "
+        f"where that is narrowest, and reflex.threshold = {model.reflex.threshold:g}; the gate never opens"
+    ]
 
 
 def remarks(configuration: Configuration, arrays: Mapping[str, Any], summary: Mapping[str, Any]) -> list[str]:
