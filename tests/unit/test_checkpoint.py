@@ -48,6 +48,12 @@ KINDS: Mapping[str, Mapping[str, object]] = {
             "trigger.duration: step 0.05 s at 0 s, 0.03 s at 0.09 s",
         ],
     },
+    "gated trigger": {
+        "trigger.gate": "stretch",
+        "trigger.gate_delay": "0.05 s",
+        "trigger.gate_duration": "0.02 s",
+        "pellet.start_gap": "1 mm",
+    },
     "no pellet": {"pellet.enabled": False},
 }
 

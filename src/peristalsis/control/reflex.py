@@ -61,16 +61,24 @@ def observe_stretch(
     state = forget(state, time)
     if not reflex.enabled or refractory(reflex, state, time):
         return state
-    stretched = nodes[touching & (girth_ratio > reflex.threshold)]
-    if stretched.size == 0:
+    part = stretched_part(reflex, nodes, girth_ratio, touching)
+    if part is None:
         return state
-    low, high = float(stretched[0]), float(stretched[-1])
+    low, high = part
     begin = time + reflex.delay
     above = Pulse(begin, begin + reflex.excitation_duration, low - reflex.oral_length, low, reflex.excitation_intensity)
     below = Pulse(
         begin, begin + reflex.inhibition_duration, high, high + reflex.anal_length, reflex.inhibition_conductance
     )
     return ReflexState(time, (*state.excitation, above), (*state.inhibition, below))
+
+
+def stretched_part(
+    reflex: Reflex, nodes: Floats, girth_ratio: Floats, touching: NDArray[np.bool_]
+) -> tuple[float, float] | None:
+    """First and last touching node beyond the threshold [cm], None if there is none; see `observe_stretch`."""
+    stretched = nodes[touching & (girth_ratio > reflex.threshold)]
+    return None if stretched.size == 0 else (float(stretched[0]), float(stretched[-1]))
 
 
 def _kept(pulses: tuple[Pulse, ...], time: float) -> tuple[Pulse, ...]:

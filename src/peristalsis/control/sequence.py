@@ -1,4 +1,4 @@
-"""The circular layer started by the longitudinal one, rule by rule, Eq. (25)."""
+"""The circular layer started by the longitudinal one, rule by rule, Eq. (25), behind a gate, Eqs. (83), (84)."""
 
 from __future__ import annotations
 
@@ -12,6 +12,25 @@ from ..numerics.compiled import compiled
 Floats = NDArray[np.float64]
 
 RULES = ("active", "total", "pacemaker", "delay", "none")
+GATED = ("active", "total", "delay")
+"""Rules that start the circular layer place by place, so that a gate can keep them from it."""
+
+ROUNDING = 1e-9
+"""Times this close are one [s]."""
+
+
+class Gate(NamedTuple):
+    """Where the trigger can start the circular layer: `none`, everywhere; `stretch`, where receptors prepared it.
+
+    oral_length, anal_length: how far from the stretched part [cm]. delay: from stretch to preparation; duration: how
+    long it lasts after the last stretch [s].
+    """
+
+    kind: str = "none"
+    oral_length: float = 0.0
+    anal_length: float = 0.0
+    delay: float = 0.0
+    duration: float = 0.0
 
 
 class Trigger(NamedTuple):
@@ -23,13 +42,15 @@ class Trigger(NamedTuple):
     intensity: float
     duration: float
     refractory: float
+    gate: Gate = Gate()
 
 
 class TriggerState(NamedTuple):
     """Per cell, shape (n_z, n_theta): last tension seen [mN/cm], whether it was rising, last start of a pulse [s].
 
     duration [s] and intensity [uA/cm^2]: of that pulse, which keeps what it was begun with. answered: the latest
-    longitudinal activation that was judged under the rule `delay` [s].
+    longitudinal activation that was judged under the rule `delay` [s]. opens, closes: from when and until when a ring
+    of cells is prepared, (n_z,) [s]; a gate of the kind `none` reads neither.
     """
 
     tension: Floats
@@ -38,12 +59,38 @@ class TriggerState(NamedTuple):
     duration: Floats
     intensity: Floats
     answered: Floats
+    opens: Floats
+    closes: Floats
 
 
 def quiet(shape: tuple[int, int]) -> TriggerState:
     """A trigger that has not fired yet."""
     numbers = (np.full(shape, -np.inf), np.zeros(shape), np.zeros(shape), np.full(shape, -np.inf))
-    return TriggerState(np.zeros(shape), np.zeros(shape, np.bool_), *numbers)
+    unprepared = (np.full(shape[0], np.inf), np.full(shape[0], -np.inf))
+    return TriggerState(np.zeros(shape), np.zeros(shape, np.bool_), *numbers, *unprepared)
+
+
+def prepare(
+    gate: Gate, state: TriggerState, cells: Floats, cell_size: float, stretched: tuple[float, float] | None, time: float
+) -> TriggerState:
+    """Prepare the rings of cells that receptors reach, Eq. (83); one that is, or is about to be, stays so longer.
+
+    cells: their middles [cm], (n_z,). stretched: first and last z [cm] of the stretched part, None if there is none.
+    """
+    if stretched is None:
+        return state
+    low, high = stretched[0] - gate.oral_length, stretched[1] + gate.anal_length
+    reached = (cells + 0.5 * cell_size >= low) & (cells - 0.5 * cell_size <= high)
+    afresh = reached & (time > state.closes + ROUNDING)
+    opens = np.where(afresh, time + gate.delay, state.opens)
+    return state._replace(opens=opens, closes=np.where(reached, time + gate.delay + gate.duration, state.closes))
+
+
+def prepared(gate: Gate, state: TriggerState, time: float) -> NDArray[np.bool_] | None:
+    """Whether each ring of cells can be started now, (n_z, 1), Eq. (84); None where nothing keeps any from it."""
+    if gate.kind == "none":
+        return None
+    return ((state.opens <= time + ROUNDING) & (time <= state.closes + ROUNDING))[:, None]
 
 
 def observe_tension(trigger: Trigger, state: TriggerState, tension: Floats, time: float) -> TriggerState:
@@ -61,6 +108,9 @@ def observe_tension(trigger: Trigger, state: TriggerState, tension: Floats, time
         start.ravel(),
     )
     after = state._replace(tension=tension, rising=rising)
+    open_ = prepared(trigger.gate, state, time) if fires else None
+    if open_ is not None:
+        start = np.where(open_, start, state.start)
     return _begun(trigger, after, start) if fires else after
 
 
@@ -106,6 +156,9 @@ def observe_activation(trigger: Trigger, state: TriggerState, activation: Floats
     ready = planned - state.start > trigger.refractory
     fires = new & ready & (state.start + state.duration <= time)
     answered = np.where(fires | (new & ~ready), activation, state.answered)
+    open_ = prepared(trigger.gate, state, time)
+    if open_ is not None:
+        fires &= open_
     if fires.any():
         state = _begun(trigger, state, np.where(fires, np.maximum(planned, time), state.start))
     return state._replace(answered=answered)

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from .. import units
+from ..control.sequence import GATED
 from .choices import LAYERS
 from .config import Configuration
 from .consistency import PARAMETERS_OF_PLANT
@@ -145,11 +146,30 @@ def _drivers(c: Configuration) -> Iterator[str]:
             f"pacemaker.onset = {c.pacemaker.onset:g} s: the run ends at {c.run.duration:g} s, before the first pulse"
         )
 
+    if c.trigger.gate == "stretch":
+        yield from _gate(c, under_protocol)
+
     late = [one for one in c.stimuli if one.onset >= c.run.duration]
     if late:
         yield (
             f"stimuli: {len(late)} of {len(c.stimuli)} begin at or beyond the end of the run at {c.run.duration:g} s, "
             f"first that at {min(one.onset for one in late):g} s"
+        )
+
+
+def _gate(c: Configuration, under_protocol: set[str]) -> Iterator[str]:
+    """A gate that can never open, or has nothing to keep back."""
+    if not c.pellet.enabled:
+        yield "trigger.gate = stretch: without a pellet no receptor is stretched, and the gate never opens"
+    elif not c.reflex.enabled and "reflex.enabled" not in under_protocol:
+        yield (
+            "trigger.gate = stretch: its receptors are those of the reflex, and reflex.enabled = false; the gate never "
+            "opens"
+        )
+    if c.trigger.rule not in GATED and "trigger.rule" not in under_protocol:
+        yield (
+            f"trigger.gate = stretch: under trigger.rule = {c.trigger.rule} the circular layer is not started place by "
+            "place, and the gate has nothing to keep back"
         )
 
 

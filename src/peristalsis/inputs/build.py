@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..control.pacemaker import Outlet, Source
 from ..control.pulses import Listed, Pulse, listed
 from ..control.reflex import Reflex
-from ..control.sequence import Trigger
+from ..control.sequence import Gate, Trigger
 from ..errors import ConfigurationError
 from ..geometry.grid import Grid
 from ..model.constants import LumenConstants
@@ -84,6 +84,13 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
             c.trigger.intensity,
             c.trigger.duration,
             c.trigger.refractory,
+            Gate(
+                c.trigger.gate,
+                c.trigger.gate_oral_length,
+                c.trigger.gate_anal_length,
+                c.trigger.gate_delay,
+                c.trigger.gate_duration,
+            ),
         ),
         reflex=Reflex(
             c.reflex.enabled,

@@ -281,6 +281,13 @@ def _check_control(config: Configuration) -> None:
             f"under trigger.rule = {trigger.rule} the circular layer cannot come first",
             "use at least 0 s, or trigger.rule = pacemaker",
         )
+    if trigger.gate == "stretch" and trigger.gate_duration < units.to_internal(config.step.wall, "ms") * (1.0 - 1e-9):
+        _refuse(
+            "trigger.gate_duration",
+            f"{trigger.gate_duration} s",
+            "the muscle would be prepared between two steps and at none",
+            f"use at least step.wall = {config.step.wall:g} ms",
+        )
     if trigger.rule == "pacemaker" and pacemaker.kind == "cell":
         _refuse(
             "trigger.rule",

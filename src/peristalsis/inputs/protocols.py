@@ -35,6 +35,7 @@ FIXED_KEYS = (
     "pacemaker.cell_slow_calcium",
     "rings.enabled",
     "rings.positions",
+    "trigger.gate",
 )
 CHANGEABLE_KEYS = (
     "pellet.viscous_friction",

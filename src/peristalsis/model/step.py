@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..control.pacemaker import follow
-from ..control.reflex import ReflexState, forget, observe_stretch, refractory
-from ..control.sequence import TriggerState, observe_activation, observe_tension
+from ..control.reflex import ReflexState, forget, observe_stretch, refractory, stretched_part
+from ..control.sequence import TriggerState, observe_activation, observe_tension, prepare
 from ..errors import DivergenceError
 from ..pellet.body import require_shape
 from .explicit.marching import march_explicitly
@@ -121,7 +121,10 @@ def _remedy(model: Model) -> str:
 def _listen_to_muscle(
     model: Model, trigger: TriggerState, sheet: SheetState, wall: WallState, time: float
 ) -> TriggerState:
-    """What the trigger of the circular layer makes of the new longitudinal one, Eq. (25)."""
+    """What the trigger of the circular layer makes of the new longitudinal one, Eq. (25), where its gate lets it."""
+    if model.trigger.gate.kind == "stretch":
+        grid = model.grid
+        trigger = prepare(model.trigger.gate, trigger, grid.cells, grid.cell_size, _stretched(model, wall), time)
     match model.trigger.rule:
         case "active":
             return observe_tension(model.trigger, trigger, scheme_of(model).trigger_force(model, sheet, wall), time)
@@ -130,6 +133,16 @@ def _listen_to_muscle(
         case "delay":
             return observe_activation(model.trigger, trigger, sheet.last_activation * 1e-3, time)
     return trigger
+
+
+def _stretched(model: Model, wall: WallState) -> tuple[float, float] | None:
+    """The part of the wall that stretches its receptors, from z to z [cm]: of the gate, which is never refractory."""
+    if not (model.reflex.enabled and model.pellet.present):
+        return None
+    stretch = scheme_of(model).receptor_stretch(model, wall)
+    if stretch is None:
+        return None
+    return stretched_part(model.reflex, model.grid.nodes, stretch, np.any(wall.contact > 0.0, axis=1))
 
 
 def _listen_to_stretch(model: Model, reflex: ReflexState, wall: WallState, time: float) -> ReflexState:

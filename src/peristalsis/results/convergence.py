@@ -56,6 +56,13 @@ def start_remarks(model: Model) -> list[str]:
             "rings, there is more than one equilibrium, and grid and rounding chose this one; lower lumen.pressure or "
             "stiffen the passive wall, and take no number from this run"
         )
+    gated = model.trigger.gate.kind == "stretch" and model.pellet.present and model.reflex.enabled
+    if gated and model.pellet.radius <= model.reflex.threshold * model.free_radius.min():
+        widest = model.pellet.radius / float(model.free_radius.min())
+        found.append(
+            f"trigger.gate = stretch: the pellet is {widest:.4g} times as wide as the narrowest place of the tube, and "
+            f"reflex.threshold = {model.reflex.threshold:g}; the gate never opens"
+        )
     if model.pellet.present and model.reflex.enabled:
         margin = model.pellet.radius / float(np.median(model.free_radius)) / model.reflex.threshold - 1.0
         if abs(margin) < RECEPTOR_MARGIN:

@@ -300,6 +300,8 @@ class Configuration(Sections):
         without = (*without, *(key for key in SLOTS if ours[key] == PARAMETERS[key].value))
         if not self.network.enabled:
             without = (*without, *(key for key in ours if key.startswith("network.")))
+        if self.trigger.gate == "none":
+            without = (*without, *(key for key in ours if key.startswith("trigger.gate")))
         texts = {key: text for key, text in self.texts().items() if key not in without}
         foreign = choices.foreign(choices.in_use(self.flat()))
         if foreign:  # the same name may stand for another file tomorrow

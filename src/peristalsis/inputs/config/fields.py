@@ -207,6 +207,11 @@ class Trigger(Section):
     intensity: float = parameter("trigger.intensity", ge=0, le=1000)
     duration: float = parameter("trigger.duration", gt=0, le=100)
     refractory: float = parameter("trigger.refractory", ge=0, le=1000)
+    gate: Literal["none", "stretch"] = parameter("trigger.gate")
+    gate_oral_length: float = parameter("trigger.gate_oral_length", ge=0, le=200)
+    gate_anal_length: float = parameter("trigger.gate_anal_length", ge=0, le=200)
+    gate_delay: float = parameter("trigger.gate_delay", ge=0, le=100)
+    gate_duration: float = parameter("trigger.gate_duration", gt=0, le=1000)
 
 
 class Reflex(Section):
