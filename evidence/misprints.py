@@ -39,30 +39,30 @@ class Misprint:
     tests: Sequence[str] = QUICK
 
 
-MEMBRANE, PASSIVE = "wall/membrane.py", "wall/passive.py"
+MEMBRANE, PASSIVE = "wall/membrane.py", "wall/laws/tong_fung.py"
 MISPRINTS = (
     Misprint(
         "(2)",
         "the passive tension multiplies the active one",
         (
-            Patch(MEMBRANE, "drive_longitudinal * al + pl,", "drive_longitudinal * al * pl,"),
-            Patch(MEMBRANE, "drive_circular * ac + pc,", "drive_circular * ac * pc,"),
+            Patch(MEMBRANE, "carried(vl, al, pl, fold_l, c)", "carried(vl, al * pl, 0.0, fold_l, c)"),
+            Patch(MEMBRANE, "carried(vc, ac, pc, fold_c, c)", "carried(vc, ac * pc, 0.0, fold_c, c)"),
             Patch(
                 MEMBRANE,
-                "drive_longitudinal * dal + dpl * wll",
-                "drive_longitudinal * (dal * pl + al * dpl * wll)",
+                "drive_longitudinal * dml + dpl * wll",
+                "drive_longitudinal * (dml * pl + ml * dpl * wll)",
             ),
-            Patch(MEMBRANE, "drive_circular * dac + dpc * wcc", "drive_circular * (dac * pc + ac * dpc * wcc)"),
-            Patch(MEMBRANE, "tlc = dl * dpl * wlc", "tlc = dl * drive_longitudinal * al * dpl * wlc"),
-            Patch(MEMBRANE, "tcl = dc * dpc * wlc", "tcl = dc * drive_circular * ac * dpc * wlc"),
+            Patch(MEMBRANE, "drive_circular * dmc + dpc * wcc", "drive_circular * (dmc * pc + mc * dpc * wcc)"),
+            Patch(MEMBRANE, "dl * dpl * wlc", "dl * drive_longitudinal * ml * dpl * wlc"),
+            Patch(MEMBRANE, "dc * dpc * wlc", "dc * drive_circular * mc * dpc * wlc"),
         ),
     ),
     Misprint(
         "after (2)",
         "strain is stretch plus one",
         (
-            Patch(PASSIVE, "el = longitudinal - 1.0", "el = longitudinal + 1.0", 2),
-            Patch(PASSIVE, "ec = circumferential - 1.0", "ec = circumferential + 1.0", 2),
+            Patch(PASSIVE, "el = longitudinal - 1.0", "el = longitudinal + 1.0", 3),
+            Patch(PASSIVE, "ec = circumferential - 1.0", "ec = circumferential + 1.0", 3),
         ),
     ),
     Misprint(
@@ -83,10 +83,10 @@ MISPRINTS = (
         patches=(
             Patch(
                 "inputs/build.py",
-                "    return 1e3 * c.tissue.volume_to_surface * series / c.tissue.capacitance",
+                "    return 1e3 * c.tissue.volume_to_surface * series / capacitance",
                 "    if layer is c.circular:\n"
-                "        return 1e3 * layer.conductivity_scale * outer / c.tissue.capacitance\n"
-                "    return 1e3 * c.tissue.volume_to_surface * series / c.tissue.capacitance",
+                "        return 1e3 * layer.conductivity_scale * outer / capacitance\n"
+                "    return 1e3 * c.tissue.volume_to_surface * series / capacitance",
             ),
         ),
     ),
