@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ConfigurationError, shown
-from .fronts import Point, linked, points, turned
+from .fronts import RECENT, Point, linked, near, points, turned
 from .recording import QUANTITIES, Floats, Map, Numbers
 from .treatment import SIGMA, across_gaps, median_of_places
 
@@ -32,10 +32,10 @@ class Rule:
     and at least five robust deviations of the noise. front: ridge (where a place is deepest) or threshold (where it
     crosses it). smooth_time [s], smooth_place [mm]: deviations of the bell that depths are smoothed with before they
     are labelled; 0.4 s, or a hundredth of a recording shorter than 40 s, unless given; places that are not evenly
-    spaced are not smoothed. least_extent [mm], least_places, least_duration
-    [s]: what is smaller is left out. bridge [s]: gaps up to this are crossed. reach [mm]: parts of one front may lie
-    this far apart. standing: a contraction whose front is earlier at one end than at the other by less than this share
-    of its duration, or by less than twice the error of that, stands.
+    spaced are not smoothed. least_extent [mm], least_places, least_duration [s]: what is smaller is left out. bridge
+    [s]: gaps up to this are crossed. reach [mm]: parts of one front may lie this far apart, or two places. standing: a
+    contraction whose front is earlier at one end than at the other by less than this share of its duration, or by less
+    than twice the error of that, stands.
     """
 
     threshold: float | None = None
@@ -253,21 +253,25 @@ def _joined(parts: list[list[Point]], rule: Rule) -> list[list[Point]]:
 
 
 def _miss(front: list[Point], other: list[Point], rule: Rule) -> float | None:
-    """How much later another part begins than a front would be there [s]; None if it cannot be its continuation."""
+    """How much later another part would be halfway to it than a front [s]; None if it cannot be its continuation.
+
+    Both are straight lines through their nearest points, far more than a gap between them disturbs.
+    """
     apart = other[0].place - front[-1].place
-    if not 0.0 < apart <= rule.reach or min(len(front), len(other)) < 3:
+    if apart <= 0.0 or not near(front[-1], other[0].column, other[0].place, rule.reach):
         return None
+    if min(len(front), len(other)) < 3:
+        return None
+    middle = front[-1].place + 0.5 * apart
     ways = []
-    for one, near in ((front, front[-RECENT_POINTS:]), (other, other[:RECENT_POINTS])):
-        x, t = np.array([p.place for p in near]), np.array([p.ridge for p in near])
-        ways.append((float(np.polyfit(x - x.mean(), t, 1)[0]), float(np.nanmedian([p.width for p in one]))))
-    (slope, width), (other_slope, _) = ways
-    miss = other[0].ridge - front[-1].ridge - 0.5 * (slope + other_slope) * apart
+    for part in (front[-3 * RECENT :], other[: 3 * RECENT]):
+        x, t = np.array([p.place for p in part]), np.array([p.ridge for p in part])
+        slope, level = np.polyfit(x - middle, t, 1)
+        ways.append((float(slope), float(level)))
+    (slope, early), (other_slope, late) = ways
+    width = float(np.nanmedian([p.width for p in (*front, *other)]))
     alike = abs(slope - other_slope) * max(apart, 5.0) <= 0.5 * width
-    return miss if alike and abs(miss) <= 0.5 * width else None
-
-
-RECENT_POINTS = 12
+    return late - early if alike and abs(late - early) <= 0.5 * width else None
 
 
 def _measured(front: list[Point], raw: Numbers, level: Floats, recorded: Map, rule: Rule) -> dict[str, Any] | None:

@@ -15,6 +15,10 @@ from .recording import Floats, Numbers
 
 RECENT = 12
 """Points of a front that say where it goes next."""
+TOP = 0.8
+"""Share of the depth of a peak above which lies its top; its middle is the ridge."""
+MISSED = 2
+"""Places that a front may miss, such as dead channels of a catheter."""
 
 
 class Point(NamedTuple):
@@ -90,8 +94,13 @@ def _point(
     course: Numbers, time: Floats, at: tuple[int, float], first: int, last: int, peak: int, threshold: float
 ) -> Point:
     height = float(course[peak])
-    part, when = course[first:last], time[first:last]
-    weight = np.clip(part - max(threshold, 0.6 * height), 0.0, None)
+    low, high = peak, peak + 1  # the top of the peak, about which even a slow relaxation is level
+    while low > first and course[low - 1] > TOP * height:
+        low -= 1
+    while high < last and course[high] > TOP * height:
+        high += 1
+    part, when = course[low:high], time[low:high]
+    weight = np.clip(part - max(threshold, TOP * height), 0.0, None)
     total = float(weight.sum())
     ridge = float(weight @ when) / total if total > 0.0 else float(time[peak])
     onset, end = _crossing(course, time, first, -1, threshold), _crossing(course, time, last - 1, 1, threshold)
@@ -119,7 +128,8 @@ def linked(found: list[Point], reach: float) -> list[list[Point]]:
     """Points linked to fronts, each a list by rising place.
 
     A front goes on at the point that lies nearest to where its last points lead, within half its own duration. Two that
-    lead to one point leave it out and go on by the way they came. reach: how far a front may miss points [mm].
+    lead to one point leave it out and go on by the way they came. reach: how far a front may miss points [mm]; two
+    places may be missed however far apart they are.
     """
     by_column: dict[int, list[Point]] = {}
     for point in found:
@@ -129,7 +139,7 @@ def linked(found: list[Point], reach: float) -> list[list[Point]]:
     for column in sorted(by_column):
         here = by_column[column]
         place = here[0].place
-        gone = [front for front in active if place - front.points[-1].place > reach and not front.passing]
+        gone = [front for front in active if not front.passing and not near(front.points[-1], column, place, reach)]
         done += gone
         active = [front for front in active if front not in gone]
         taken = _shared_out(active, here, place)
@@ -137,6 +147,11 @@ def linked(found: list[Point], reach: float) -> list[list[Point]]:
             if index not in taken:
                 active.append(_Front([point]))
     return [front.points for front in (*done, *active)]
+
+
+def near(last: Point, column: int, place: float, reach: float) -> bool:
+    """Whether a front may go on at a place after its last point."""
+    return place - last.place <= reach or column - last.column <= MISSED + 1
 
 
 def _shared_out(active: list[_Front], here: list[Point], place: float) -> set[int]:
