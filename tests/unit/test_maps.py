@@ -52,9 +52,10 @@ def test_command_makes_reads_and_measures(
     monkeypatch.chdir(tmp_path)
     assert main(["map", "rings.csv", "--synthetic", "--level", "60 s", "--write", "rings.tif", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
-    assert answer["numbers"]["antegrade"] == 6
-    assert answer["numbers"]["retrograde"] == answer["numbers"]["standing"] == 1
-    assert any("running median of 60 s" in line for line in answer["map"]["history"])
+    (about,) = answer["maps"]
+    assert about["numbers"]["antegrade"] == 6
+    assert about["numbers"]["retrograde"] == about["numbers"]["standing"] == 1
+    assert any("running median of 60 s" in line for line in about["history"])
     assert {Path(file).name for file in answer["files"]} >= {"rings.tif", "contractions.csv", "diameter_map.png"}
     assert main(["map", "rings.csv", "--synthetic"]) == 4  # it is there
 

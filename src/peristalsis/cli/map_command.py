@@ -14,7 +14,11 @@ EXAMPLES = (
     "peristalsis map rings.csv --synthetic",
     "peristalsis map rings.csv --level '60 s' --write rings.tif --write rings.mat",
     "peristalsis map rings.tif --format pdf --out out/rings_as_picture",
-    "peristalsis map out/baseline",
+    "peristalsis map rings.csv --level '60 s' --track rings_pellet.csv --between '30, 80 mm' --out out/pellet",
+    "peristalsis map rings.csv rings.tif --align '5 s'",
+    "peristalsis map rings.csv --level '60 s' --segment '100 s' --stimuli '2 uA/cm^2:again.csv' --out out/again",
+    "peristalsis map out/baseline --quantity pressure",
+    "peristalsis map rings.csv out/baseline",
 )
 """Examples of the help text; the tests run them in this order."""
 
@@ -38,6 +42,12 @@ class MapOrder:
     despike: str | None = None
     level: str | None = None
     threshold: str | None = None
+    segment: str | None = None
+    track: str | None = None
+    between: str | None = None
+    align: str | None = None
+    course: str | None = None
+    stimuli: str | None = None
     write: tuple[str, ...] = ()
     formats: tuple[str, ...] = ()
     out: str | None = None
@@ -78,7 +88,8 @@ def map_(
         typer.Argument(metavar="FILE...", help="A recording (.csv .tif .png .nc .mat) or the folder of a stored run."),
     ],
     synthetic: Annotated[
-        bool, typer.Option("--synthetic", help="Make FILE first: five minutes of rings with noise, drift, lost frames.")
+        bool,
+        typer.Option("--synthetic", help="Make FILE first: five minutes of rings with noise and drift, and a pellet."),
     ] = False,
     quantity: Annotated[
         str | None,
@@ -120,6 +131,30 @@ def map_(
         str | None,
         typer.Option("--threshold", metavar="D", help="Depth of a contraction, such as '2 mm'; chosen unless given."),
     ] = None,
+    segment: Annotated[
+        str | None,
+        typer.Option("--segment", metavar="T", help="Spectrum along the gut, of segments this long, such as '100 s'."),
+    ] = None,
+    track: Annotated[
+        str | None,
+        typer.Option("--track", metavar="FILE", help="Pellets: CSV of times and positions, or a stored run."),
+    ] = None,
+    between: Annotated[
+        str | None,
+        typer.Option("--between", metavar="X,X", help="Speed of the pellets between two marks, such as '20, 80 mm'."),
+    ] = None,
+    align: Annotated[
+        str | None,
+        typer.Option("--align", metavar="T", help="Of two maps: their difference, the second moved by up to T."),
+    ] = None,
+    course: Annotated[
+        str | None,
+        typer.Option("--course", metavar="X:FILE", help="Write the pressure at X as a protocol: '50 mm:pressure.csv'."),
+    ] = None,
+    stimuli: Annotated[
+        str | None,
+        typer.Option("--stimuli", metavar="I:FILE", help="Write the contractions as stimuli: '2 uA/cm^2:again.csv'."),
+    ] = None,
     write: Annotated[
         list[str] | None,
         typer.Option("--write", metavar="FILE", help="Write the map: .csv .nc .mat .tif .png. May be repeated."),
@@ -139,6 +174,7 @@ def map_(
 ) -> Job:
     """Read a map of diameter or pressure over place and time, draw it, find its contractions.
 
+    Two maps of one quantity stand side by side; a diameter and a pressure give the states of the wall.
     What is done to the recording (--resample, --despike, --level) is off unless asked for, and written into the answer.
     """
     given = {key: value for key, value in locals().items() if key in {one.name for one in fields(MapOrder)}}

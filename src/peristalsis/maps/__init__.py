@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+from .comparing import Compared, compare
 from .contractions import Contraction, Contractions, Rule, contractions
 from .files import read, tracks, write, write_tracks
 from .recording import Map, Track
@@ -15,12 +16,14 @@ from .treatment import despiked, filled, level, resampled
 
 __all__ = [
     "STANDING",
+    "Compared",
     "Contraction",
     "Contractions",
     "Map",
     "Ring",
     "Rule",
     "Track",
+    "compare",
     "contractions",
     "despiked",
     "filled",

@@ -81,7 +81,7 @@ def _variables(content: bytes, path: Path) -> tuple[dict[str, Array], list[str]]
         from scipy.io import loadmat
 
         loaded = {key: one for key, one in loadmat(io.BytesIO(content)).items() if not key.startswith("__")}
-        about = [str(one).rstrip() for one in np.ravel(loaded.get("history", []))]
+        about = [str(np.ravel(one)[0]).rstrip() for one in np.ravel(loaded.get("history", [])) if np.size(one)]
         arrays = {key: _flat(one) for key, one in loaded.items() if np.asarray(one).dtype.kind in "fiu"}
         return {key: Array(one, None, None) for key, one in arrays.items()}, about
     raise ConfigurationError(f"{shown(str(path))} is no NetCDF and no .mat file; export it anew")

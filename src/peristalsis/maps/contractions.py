@@ -14,6 +14,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import ConfigurationError, shown
 from .fronts import RECENT, Point, linked, near, points, turned
@@ -22,6 +23,8 @@ from .treatment import SIGMA, across_gaps, median_of_places
 
 DIRECTIONS = ("antegrade", "retrograde", "standing")
 FRONTS = ("ridge", "threshold")
+NOISE = 5.0
+"""Deviations of the noise that a chosen threshold is at least."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +67,10 @@ class Contraction:
     """One contraction. Times in s, places in mm from the oral end, speeds in mm/s, depths in the unit of the map.
 
     begin, place: when and where its front begins; end, until: when and where it ends. speed: of the front, None if it
-    stands; error: its standard error. amplitude: median depth along the way, deepest: the largest. duration: median
-    time at half the depth. interval: since the one before at the middle of its way, None for the first. occlusion:
-    largest depth over the median of its place (of diameters; else None). front: places and times.
+    stands; error: its standard error. amplitude: median depth along the way; deepest: the largest once smoothed.
+    duration: time at half the depth of the mean course about the front, not smoothed. interval: since the one before
+    at the middle of its way, None for the first. occlusion: median depth over the median diameter of the place (of
+    diameters; else None). front: places and times.
     """
 
     number: int
@@ -97,6 +101,11 @@ class Contractions(Sequence[Contraction]):
     unit: str
     duration: float
     """Of the map [s]."""
+
+    @property
+    def chosen_by_noise(self) -> bool:
+        """Whether the threshold was chosen, and noise (or drift, which looks like it) decided it."""
+        return self.rule.threshold is None and self.threshold <= NOISE * self.noise * (1.0 + 1e-9)
 
     def __len__(self) -> int:
         return len(self.found)
@@ -200,7 +209,7 @@ def _threshold(depth: Numbers, rule: Rule) -> tuple[float, float]:
     noise = SIGMA * float(np.median(np.abs(known - np.median(known))))
     if rule.threshold is not None:
         return noise, float(rule.threshold)
-    return noise, max(rule.share * float(np.quantile(known, 0.999)), 5.0 * noise, 1e-9)
+    return noise, max(rule.share * float(np.quantile(known, 0.999)), NOISE * noise, 1e-9)
 
 
 def _fronts(depth: Numbers, recorded: Map, rule: Rule, threshold: float) -> list[list[Point]]:
@@ -295,6 +304,7 @@ def _measured(front: list[Point], raw: Numbers, level: Floats, recorded: Map, ru
     deep = raw[row.astype(int), column].astype(np.float64)
     deep = np.where(np.isfinite(deep), deep, [p.depth for p in kept])
     smooth = np.array([p.depth for p in kept])
+    lasting = _lasting(raw, row.astype(int), column, duration / recorded.time_step()) * recorded.time_step()
     ends = (float(place[0]), float(place[-1])) if onward else (float(place[-1]), float(place[0]))
     times = [base + slope * one for one in ends]
     return {
@@ -308,10 +318,35 @@ def _measured(front: list[Point], raw: Numbers, level: Floats, recorded: Map, ru
         "error": None if stands else error / slope**2,
         "amplitude": float(np.median(deep)),
         "deepest": float(smooth.max()),
-        "duration": duration,
-        "occlusion": float((smooth / level[column]).max()) if recorded.quantity == "diameter" else None,
+        "duration": lasting if np.isfinite(lasting) else duration,
+        "occlusion": float(np.median(deep / level[column])) if recorded.quantity == "diameter" else None,
         "front": (place, when),
     }
+
+
+def _lasting(raw: Numbers, rows: NDArray[np.int_], columns: NDArray[np.int_], width: float) -> float:
+    """Samples at half the depth of the mean course about the points of a front; nan where it does not fall so far."""
+    if not np.isfinite(width):
+        return float("nan")
+    reach = int(np.ceil(1.5 * width)) + 1
+    at = rows[:, None] + np.arange(-reach, reach + 1)
+    inside = (at >= 0) & (at < len(raw))
+    courses = np.where(inside, raw[np.clip(at, 0, len(raw) - 1), columns[:, None]], np.nan)
+    known = np.isfinite(courses)
+    if not known.any(axis=0).all():
+        return float("nan")
+    mean = np.where(known, courses, 0.0).sum(axis=0) / known.sum(axis=0)
+    near = max(1, reach // 8)
+    half = 0.5 * float(mean[reach - near : reach + near + 1].mean())
+    low = np.flatnonzero(mean <= half)
+    left, right = low[low < reach], low[low > reach]
+    if not left.size or not right.size:
+        return float("nan")
+    ends = []
+    for outer, inner in ((int(left[-1]), int(left[-1]) + 1), (int(right[0]), int(right[0]) - 1)):
+        share = (half - mean[outer]) / (mean[inner] - mean[outer])
+        ends.append(outer + float(share) * (inner - outer))
+    return ends[1] - ends[0]
 
 
 def _line(place: Floats, when: Floats, recorded: Map, rule: Rule) -> tuple[float, float, float]:

@@ -34,7 +34,7 @@ class Spectrum:
 def spectrum(
     recorded: Map, segment: float, lowest: float | None = None, highest: float | None = None, least: float = 6.0
 ) -> Spectrum:
-    """Welch's spectrum at each place: half overlapping segments of `segment` [s], Hann window, without means.
+    """Welch's spectrum at each place: half overlapping segments of `segment` [s], Hann window, no means.
 
     lowest, highest: where the peak is looked for [1/min]; from two periods a segment to half the Nyquist frequency
     unless given. Segments with more than a tenth of gaps at a place are left out there, smaller gaps filled linearly.
@@ -43,8 +43,8 @@ def spectrum(
     size = round(segment / step)
     if size < 16 or size > recorded.time.size:
         raise ConfigurationError(
-            f"segment = {segment:g} s holds {size} of the {recorded.time.size} times of {recorded.name}; give one of at "
-            "least 16 steps and no longer than the recording"
+            f"segment = {segment:g} s holds {size} of the {recorded.time.size} times of {recorded.name}; give one "
+            "of at least 16 steps and no longer than the recording"
         )
     window = np.hanning(size + 2)[1:-1]
     scale = 2.0 * step / float((window**2).sum()) / 60.0  # of power in unit^2 min

@@ -30,11 +30,12 @@ HEADERS = (
 
 
 class Table(NamedTuple):
-    """A text file taken apart: remarks at its top, cells of its header, the rest, and what separates the cells."""
+    """A text file taken apart: remarks at its top, cells of its header, where its rows begin, what separates cells."""
 
     remarks: dict[str, str]
     header: list[str]
-    body: bytes
+    content: bytes
+    begin: int
     separator: str
     path: Path
 
@@ -57,23 +58,24 @@ def content_of(path: Path) -> bytes:
 
 def table_of(path: Path) -> Table:
     """A CSV file taken apart. Raises ConfigurationError if it is none."""
-    name, rest = shown(str(path)), content_of(path).removeprefix(b"\xef\xbb\xbf")
+    name, content = shown(str(path)), content_of(path)
     remarks: dict[str, str] = {}
+    begin = 3 if content.startswith(b"\xef\xbb\xbf") else 0
     try:
         while True:
-            line, _, after = rest.partition(b"\n")
-            if line.strip() and not line.lstrip().startswith(b"#"):
+            end = content.find(b"\n", begin)
+            end = len(content) if end < 0 else end
+            line = content[begin:end].decode("utf-8").strip()
+            begin = min(end + 1, len(content))
+            if line and not line.startswith("#"):
                 break
-            key, _, value = line.decode("utf-8").strip().lstrip("#").partition(":")
-            remarks[key.strip()] = (
-                f"{remarks[key.strip()]}\n{value.strip()}" if key.strip() in remarks else value.strip()
-            )
-            rest = after
-            if not rest.strip():
+            if begin == len(content):
                 raise ConfigurationError(f"{name} holds remarks and no numbers; {HEADERS}")
-        head = line.decode("utf-8").strip("\r\n")
+            key, _, value = (part.strip() for part in line.lstrip("#").partition(":"))
+            remarks[key] = f"{remarks[key]}\n{value}" if key in remarks else value
     except UnicodeDecodeError:
         raise ConfigurationError(f"{name} is no text of UTF-8; save it as CSV in UTF-8") from None
+    head = line
     if "\0" in head:
         raise ConfigurationError(f"{name} is no text file; save the recording as CSV in UTF-8")
     separator = next((one for one in ("\t", ";", ",") if one in head), ",")
@@ -88,24 +90,24 @@ def table_of(path: Path) -> Table:
         raise ConfigurationError(f"{name} has {len(header)} columns; {HEADERS}")
     if len(header) > MOST_COLUMNS:
         raise ConfigurationError(f"{name} has {len(header)} columns, more than {MOST_COLUMNS}; is it turned by 90 deg?")
-    return Table(remarks, header, after, separator, path)
+    return Table(remarks, header, content, begin, separator, path)
 
 
 def numbers(table: Table, columns: Sequence[int] | None = None) -> Floats:
     """The rows of a table as numbers, gaps as nan. Raises ConfigurationError naming row and column of what is none."""
-    body, name = table.body, shown(str(table.path))
-    if not body.strip():
+    name, content, begin = shown(str(table.path)), table.content, table.begin
+    if not content[begin : begin + 1000].strip() and not content[begin:].strip():
         raise ConfigurationError(f"{name} has a header and no rows; check the recording")
-    if table.separator != "," and b"," in body:
-        body = body.replace(b",", b".")
     mark = re.escape(table.separator.encode())
-    if re.search(rb"(?:%b[ ]*(?:%b|\r|\n|$)|^%b|\n%b)" % (mark, mark, mark, mark), body):
-        ends = rb"(?<=%b)[ ]*(?=%b|\r|\n|$)|^(?=%b)|(?<=\n)(?=%b)" % (mark, mark, mark, mark)
-        body = re.sub(ends, b"nan", body)
+    empty = re.compile(rb"(?<=%b)[ ]*(?=%b|\r|\n|$)|(?<=\n)(?=%b)" % (mark, mark, mark))
+    decimal_comma = table.separator != "," and content.find(b",", begin) >= 0
+    if decimal_comma or empty.search(content, max(begin - 1, 0)):  # a copy is made where it has to be
+        content = empty.sub(b"nan", b"\n" + content[begin:].replace(b",", b"." if decimal_comma else b","))
+        begin = 1
+    rows = io.BytesIO(content)
+    rows.seek(begin)
     try:
-        found = np.loadtxt(
-            io.BytesIO(body), delimiter=table.separator, comments=None, ndmin=2, usecols=columns, quotechar='"'
-        )
+        found = np.loadtxt(rows, delimiter=table.separator, comments=None, ndmin=2, usecols=columns, quotechar='"')
     except ValueError as error:
         raise ConfigurationError(f"{name}: {_cause(str(error))}; give plain numbers, gaps empty or nan") from None
     if columns is None and found.shape[1] != len(table.header):
@@ -224,14 +226,15 @@ def _long(table: Table, titles: list[str], said: Stated) -> Map:
 def _channels(table: Table, said: Stated) -> Map:
     """Channels of a catheter, a column each, at the places in their names, in a second row, or stated."""
     name, cells = shown(str(table.path)), table.header[1:]
-    first, _, rest = table.body.partition(b"\n")
-    second = [cell.strip() for cell in first.decode("utf-8", "replace").strip().split(table.separator)]
+    end = table.content.find(b"\n", table.begin) + 1 or len(table.content)
+    first = table.content[table.begin : end].decode("utf-8", "replace")
+    second = [cell.strip() for cell in first.strip().split(table.separator)]
     places: list[float | None] = [place_in(cell) for cell in cells]
     how = "the places in their names"
     if second and titled(second[0])[0].lower().startswith("place"):
         by = factor(titled(second[0])[1] or said.place_unit or "mm", "mm", f"{name}, unit of the places")
         places = [float(cell) * by if _is_number(cell) else None for cell in second[1:]]
-        table, how = table._replace(body=rest), "the places in its second row"
+        table, how = table._replace(begin=end), "the places in its second row"
     if said.positions is not None:
         places, how = [float(one) for one in said.positions], "the places as stated"
     if len(places) != len(cells):

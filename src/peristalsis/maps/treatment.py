@@ -64,24 +64,27 @@ def despiked(recorded: Map, window: float, limit: float = 6.0) -> Map:
 def level(recorded: Map, window: float) -> Map:
     """The map without slow drift: less the running median of `window` [s] at each place, plus the median of the whole.
 
-    The running median is taken every quarter of the window and is linear between. Choose a window several times as
-    long as a contraction, or these are flattened too.
+    The median is taken of a window every quarter of one, of half a one at both ends, and is linear between their
+    middles and beyond the first and last. Choose a window several times as long as a contraction, or these are
+    flattened too.
     """
-    window = _checked(window, "window", "s", recorded.duration)
-    centres = np.linspace(recorded.time[0], recorded.time[-1], max(2, round(4.0 * recorded.duration / window) + 1))
+    window = _checked(window, "window", "s", 0.5 * recorded.duration)
+    first, last = recorded.time[0] + 0.5 * window, recorded.time[-1] - 0.5 * window
+    centres = np.linspace(first, last, max(2, round(4.0 * (last - first) / window) + 1))
     values = recorded.values
     middle = median_of_places(values)
-    knots = np.stack(
-        [
-            median_of_places(values[slice(*np.searchsorted(recorded.time, (one - 0.5 * window, one + 0.5 * window)))])
-            for one in centres
-        ]
-    )
-    knots = np.where(np.isnan(knots), middle, knots)
+    spans = [(one - 0.5 * window, one + 0.5 * window) for one in centres]
+    spans = [(recorded.time[0], first), *spans, (last, recorded.time[-1])]
+    centres = np.concatenate([[first - 0.25 * window], centres, [last + 0.25 * window]])
+    borders = [np.searchsorted(recorded.time, span) for span in spans]
+    knots = np.stack([median_of_places(values[begin:end]) for begin, end in borders])
+    drift = np.where(np.isnan(knots), middle, knots) - middle
+    right = np.clip(np.searchsorted(centres, recorded.time), 1, centres.size - 1)
+    share = (recorded.time - centres[right - 1]) / (centres[right] - centres[right - 1])
     found = np.empty_like(values)
     for column in range(values.shape[1]):
-        drift = np.interp(recorded.time, centres, knots[:, column] - middle[column])
-        found[:, column] = values[:, column] - drift
+        early, late = drift[right - 1, column], drift[right, column]
+        found[:, column] = values[:, column] - (early + share * (late - early))
     return recorded.done(
         f"level: less the running median of {window:g} s, plus that of the whole", values=locked(found)
     )

@@ -65,7 +65,7 @@ def panel(axes: Axes, recorded: Map, found: Contractions | None = None, norm: An
     fronts(axes, found, unit)
     frame.place_axis(axes, recorded)
     frame.time_axis(axes, recorded)
-    if found is not None:
+    if axes.get_legend_handles_labels()[0]:
         style.legend_above(axes, columns=3)
     return drawn, levels
 

@@ -47,7 +47,7 @@ def panel(
         )
     frame.place_axis(axes, recorded)
     frame.time_axis(axes, recorded)
-    if found is not None or tracks:
+    if axes.get_legend_handles_labels()[0]:
         style.legend_above(axes, columns=4)
     return drawn
 
