@@ -109,7 +109,11 @@ def _read(file: str, order: MapOrder) -> Map:
         from ..results.result import load
 
         run = RunMaps(load(file))
-        return run.pressure() if order.quantity == "pressure" else run.diameter
+        if order.quantity not in (None, "diameter", "pressure", "stretch"):
+            raise ConfigurationError(
+                f"--quantity {order.quantity}: a run has diameter, pressure and stretch; choose one"
+            )
+        return run.pressure() if order.quantity == "pressure" else getattr(run, order.quantity or "diameter")
     return maps.read(file, **order.stated())
 
 

@@ -41,7 +41,7 @@ def compare(first: Map, second: Map, most: float = 0.0) -> Compared:
     step, distance = _typical(time), _typical(place)
     one = on_grid(first, time, place)
     count = int(most / step + 1e-9)
-    shifts = step * np.arange(-count, count + 1)
+    shifts = step * np.arange(-count, count + 1, dtype=np.float64)
     values = [_correlation(one, on_grid(second, time - shift, place)) for shift in shifts]
     correlations = np.array(values)
     known = np.isfinite(correlations)

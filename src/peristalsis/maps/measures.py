@@ -63,7 +63,7 @@ def spectrum(
     number = weight.sum(axis=0)
     with np.errstate(invalid="ignore"):
         power = np.where(number > 0, (powers * weight[:, None, :]).sum(axis=0) / np.maximum(number, 1), np.nan)
-    frequency = 60.0 * np.fft.rfftfreq(size, step)
+    frequency = np.asarray(60.0 * np.fft.rfftfreq(size, step), dtype=np.float64)
     low = 120.0 / segment if lowest is None else lowest
     high = 15.0 / step if highest is None else highest
     band = (frequency >= low - 1e-9) & (frequency <= high + 1e-9)

@@ -61,8 +61,8 @@ def fronts(axes: Axes, found: Contractions | None, unit: float) -> None:
                 when / unit,
                 place,
                 color=colour,
-                linewidth=1.1,
-                path_effects=style.outlined("black", 2.2),
+                linewidth=0.8,
+                path_effects=style.outlined("black", 1.5),
                 label=direction if number == 0 else "_",
             )
 
