@@ -12,6 +12,7 @@ from .help import WITHOUT_WORDS as WITHOUT_WORDS
 from .help import epilog
 from .inputs import Input
 from .job import Job
+from .map_command import map_
 from .paper_command import paper
 
 app = typer.Typer(
@@ -368,6 +369,7 @@ def check_(
 
 
 app.add_typer(cell_app)
+app.command("map", epilog=epilog("map"))(map_)
 app.command("paper", epilog=epilog("paper"))(paper)
 
 

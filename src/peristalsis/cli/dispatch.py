@@ -17,7 +17,7 @@ TRACEBACK = "PERISTALSIS_TRACEBACK"
 """Set this variable of the environment to see where an unforeseen error came from."""
 
 PLUGIN = "--plugin"
-REPEATABLE = ("--set", "--format", "--variant")
+REPEATABLE = ("--set", "--format", "--variant", "--write")
 
 
 @dataclass(frozen=True)

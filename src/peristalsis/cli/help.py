@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .map_command import EXAMPLES as MAP_EXAMPLES
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
 
 EXIT_CODES = (
@@ -48,6 +49,7 @@ EXAMPLES = {
     ),
     "batch": ("peristalsis batch friction.toml", "peristalsis batch friction.toml --workers 2 --out out/friction"),
     "check": ("peristalsis check out/baseline", "peristalsis check out/baseline out/thin --quarantine"),
+    "map": MAP_EXAMPLES,
     "paper": PAPER_EXAMPLES,
     "version": ("peristalsis version",),
 }

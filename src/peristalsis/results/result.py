@@ -6,7 +6,6 @@ import hashlib
 import importlib
 import io
 import json
-import math
 import os
 import warnings
 from collections.abc import Callable, Mapping
@@ -48,10 +47,12 @@ from ..storing.store import (
 )
 from . import acceptance
 from .acceptance import MAY_BE_EMPTY
+from .plain import json_ready as json_ready
 
 if TYPE_CHECKING:
     import xarray
 
+    from ..maps.of_run import RunMaps
     from ..plots import Plots
 
 Floats = NDArray[np.float64]
@@ -77,7 +78,7 @@ UNFINISHED = ("interrupted", "diverged")
 def _above(module: str, name: str) -> Any:
     """Something of the package that is made for results and stands above them, looked up by name when it is used.
 
-    Pictures import results; an import the other way round would close a circle.
+    Pictures and maps import results; an import the other way round would close a circle.
     """
     return getattr(importlib.import_module(f"peristalsis.{module}"), name)
 
@@ -179,8 +180,12 @@ class Result:
     @property
     def plot(self) -> Plots:
         """The figures of this run: `result.plot.diameter_map()` and so on."""
-        plots: Plots = _above("plots", "Plots")(self)
-        return plots
+        return _above("plots", "Plots")(self)
+
+    @property
+    def maps(self) -> RunMaps:
+        """The maps of this run, the same objects as those of a recording: `result.maps.diameter` and so on."""
+        return _above("maps.of_run", "RunMaps")(self)
 
     @cached_property
     def fingerprint(self) -> str:
@@ -385,16 +390,3 @@ def _foreign(name: str, variable: xarray.DataArray) -> Output:
     """An output that was registered where the run was made."""
     unit, long_name = (str(variable.attrs.get(key, "")) for key in ("units", "long_name"))
     return Output(name, tuple(map(str, variable.dims)), unit, long_name)
-
-
-def json_ready(value: Any) -> Any:
-    """The same with plain types only; numbers that are not finite become null."""
-    if isinstance(value, Mapping):
-        return {str(key): json_ready(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [json_ready(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -1,0 +1,184 @@
+"""`peristalsis map`: recordings of a laboratory, and stored runs beside them, read, drawn, measured, written."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Annotated, Any
+
+import typer
+
+from ..errors import ConfigurationError, shown
+from .job import Job
+
+EXAMPLES = (
+    "peristalsis map rings.csv --synthetic",
+    "peristalsis map rings.csv --level '60 s' --write rings.tif --write rings.mat",
+    "peristalsis map rings.tif --format pdf --out out/rings_as_picture",
+    "peristalsis map rings.csv --level '60 s' --track rings_pellet.csv --between '30, 80 mm' --out out/pellet",
+    "peristalsis map rings.csv rings.tif --align '5 s'",
+    "peristalsis map rings.csv --level '60 s' --segment '100 s' --stimuli '2 uA/cm^2:again.csv' --out out/again",
+    "peristalsis map out/baseline --quantity pressure",
+    "peristalsis map rings.csv out/baseline",
+)
+"""Examples of the help text; the tests run them in this order."""
+
+
+@dataclass(frozen=True)
+class MapOrder:
+    """What a command line asks of one or two maps; texts as they were typed."""
+
+    files: tuple[str, ...]
+    synthetic: bool = False
+    quantity: str | None = None
+    unit: str | None = None
+    oral: str = "first"
+    positions: str | None = None
+    variable: str | None = None
+    mm_per_px: float | None = None
+    s_per_px: float | None = None
+    grey: str | None = None
+    time: str | None = None
+    resample: str | None = None
+    despike: str | None = None
+    level: str | None = None
+    threshold: str | None = None
+    segment: str | None = None
+    track: str | None = None
+    between: str | None = None
+    align: str | None = None
+    course: str | None = None
+    stimuli: str | None = None
+    write: tuple[str, ...] = ()
+    formats: tuple[str, ...] = ()
+    out: str | None = None
+    overwrite: bool = False
+
+    def stated(self) -> dict[str, Any]:
+        """What `maps.read` is told of the files."""
+        from ..maps.recording import QUANTITIES
+        from ..maps.words import greys
+
+        given = {
+            key: getattr(self, key)
+            for key in ("quantity", "unit", "variable", "mm_per_px", "s_per_px", "time")
+            if getattr(self, key) is not None
+        }
+        if self.positions is not None:
+            given["positions"] = lengths(self.positions, "--positions")
+        if self.grey is not None:
+            quantity = self.quantity if self.quantity in QUANTITIES else "diameter"
+            given["grey"] = greys(self.grey, self.unit or QUANTITIES[quantity].unit)
+        return {**given, "oral": self.oral}
+
+
+def lengths(text: str, key: str) -> list[float]:
+    """Lengths [mm] from a text such as "10, 20, 35 mm": the unit of the last holds for all that have none."""
+    from ..maps.words import length
+
+    parts = [part.strip() for part in text.split(",") if part.strip()]
+    unit = "".join(mark for mark in (parts or [""])[-1] if mark.isalpha())
+    if not unit:
+        raise ConfigurationError(f"{key} = {shown(text)}: the unit is missing; write for example '10, 20, 35 mm'")
+    return [length(part if any(mark.isalpha() for mark in part) else f"{part} {unit}", key) for part in parts]
+
+
+def map_(
+    files: Annotated[
+        list[str],
+        typer.Argument(metavar="FILE...", help="A recording (.csv .tif .png .nc .mat) or the folder of a stored run."),
+    ],
+    synthetic: Annotated[
+        bool,
+        typer.Option("--synthetic", help="Make FILE first: five minutes of rings with noise and drift, and a pellet."),
+    ] = False,
+    quantity: Annotated[
+        str | None,
+        typer.Option("--quantity", metavar="Q", help="diameter, pressure, stretch or strain, if FILE does not say it."),
+    ] = None,
+    unit: Annotated[str | None, typer.Option("--unit", metavar="U", help="Of the values, such as mm or cmH2O.")] = None,
+    oral: Annotated[
+        str, typer.Option("--oral", metavar="first|last", help="Which place of FILE is the oral end.")
+    ] = "first",
+    positions: Annotated[
+        str | None, typer.Option("--positions", metavar="X,X,...", help="Places of channels, such as '10,20,35 mm'.")
+    ] = None,
+    variable: Annotated[
+        str | None, typer.Option("--variable", metavar="NAME", help="The map in a FILE that holds several.")
+    ] = None,
+    mm_per_px: Annotated[
+        float | None, typer.Option("--mm-per-px", metavar="N", help="Scale of a picture along the gut.")
+    ] = None,
+    s_per_px: Annotated[
+        float | None, typer.Option("--s-per-px", metavar="N", help="Scale of a picture in time.")
+    ] = None,
+    grey: Annotated[
+        str | None, typer.Option("--grey", metavar="G=V,G=V", help="What greys mean: '0 = 5 mm, 255 = 20 mm'.")
+    ] = None,
+    time: Annotated[
+        str | None, typer.Option("--time", metavar="right|down", help="Which way time runs in a picture.")
+    ] = None,
+    resample: Annotated[
+        str | None, typer.Option("--resample", metavar="T", help="Bring to even times this far apart, such as '0.1 s'.")
+    ] = None,
+    despike: Annotated[
+        str | None, typer.Option("--despike", metavar="T", help="Take out spikes from the running median of '1 s'.")
+    ] = None,
+    level: Annotated[
+        str | None,
+        typer.Option("--level", metavar="T", help="Take out drift slower than the running median of '60 s'."),
+    ] = None,
+    threshold: Annotated[
+        str | None,
+        typer.Option("--threshold", metavar="D", help="Depth of a contraction, such as '2 mm'; chosen unless given."),
+    ] = None,
+    segment: Annotated[
+        str | None,
+        typer.Option("--segment", metavar="T", help="Spectrum along the gut, of segments this long, such as '100 s'."),
+    ] = None,
+    track: Annotated[
+        str | None,
+        typer.Option("--track", metavar="FILE", help="Pellets: CSV of times and positions, or a stored run."),
+    ] = None,
+    between: Annotated[
+        str | None,
+        typer.Option("--between", metavar="X,X", help="Speed of the pellets between two marks, such as '20, 80 mm'."),
+    ] = None,
+    align: Annotated[
+        str | None,
+        typer.Option("--align", metavar="T", help="Of two maps: their difference, the second moved by up to T."),
+    ] = None,
+    course: Annotated[
+        str | None,
+        typer.Option("--course", metavar="X:FILE", help="Write the pressure at X as a protocol: '50 mm:pressure.csv'."),
+    ] = None,
+    stimuli: Annotated[
+        str | None,
+        typer.Option("--stimuli", metavar="I:FILE", help="Write the contractions as stimuli: '2 uA/cm^2:again.csv'."),
+    ] = None,
+    write: Annotated[
+        list[str] | None,
+        typer.Option("--write", metavar="FILE", help="Write the map: .csv .nc .mat .tif .png. May be repeated."),
+    ] = None,
+    formats: Annotated[
+        list[str] | None,
+        typer.Option("--format", metavar="png|svg|pdf", help="Of the pictures, png unless given. May be repeated."),
+    ] = None,
+    out: Annotated[
+        str | None,
+        typer.Option("--out", metavar="DIR", help="Folder of pictures and tables; out/map_NAME unless given."),
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
+    ] = False,
+) -> Job:
+    """Read a map of diameter or pressure over place and time, draw it, find its contractions.
+
+    Two maps of one quantity stand side by side; a diameter and a pressure give the states of the wall.
+    What is done to the recording (--resample, --despike, --level) is off unless asked for, and written into the answer.
+    """
+    given = {key: value for key, value in locals().items() if key in {one.name for one in fields(MapOrder)}}
+    order = MapOrder(**{**given, "files": tuple(files), "write": tuple(write or ()), "formats": tuple(formats or ())})
+    from .mapping import carry_out
+
+    return Job(lambda screen: carry_out(order, screen))
