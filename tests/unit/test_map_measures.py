@@ -96,6 +96,15 @@ def test_where_it_ends_is_as_stated() -> None:
     assert noise_alone.chosen_by_noise
 
 
+def test_a_recording_that_ends_within_a_contraction_is_measured() -> None:
+    """No point of it has a duration, and nothing is warned of."""
+    recorded = maps.recording([Ring(10.0, 5.0, 40.0, 80.0, 4.0, 8.0)], 11.0)
+    (one,) = maps.contractions(recorded, maps.Rule(threshold=1.0))
+    assert np.isnan(one.duration)
+    assert one.extent > 60.0
+    assert maps.contractions(recorded.part(times=(0.0, 2.0))).found == ()
+
+
 def test_the_same_map_measured_twice_gives_the_same_bits() -> None:
     first, second = (maps.level(example()[0], 60.0) for _ in range(2))
     assert first.fingerprint() == second.fingerprint()

@@ -47,9 +47,10 @@ def carry_out(order: MapOrder, screen: Screen) -> int:
         screen.say(repr(one)[1:].replace(">", "", 1))
         _say_contractions(own, screen)
         if own.chosen_by_noise:
+            unit = "" if own.unit == "1" else f" {own.unit}"
             screen.warn(
-                f"{one.name}: noise or drift sets the threshold, {own.threshold:.3g} {own.unit}; take drift out with "
-                "--level, or state --threshold"
+                f"{one.name}: noise or drift sets the threshold, {own.threshold:.3g}{unit}; take drift out with --level, "
+                "or state --threshold"
             )
         about = {"name": one.name, "quantity": one.quantity, "unit": one.unit, "history": list(one.history)}
         answer["maps"].append({**about, "numbers": own.numbers()})

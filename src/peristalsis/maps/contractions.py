@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConfigurationError, shown
-from .fronts import RECENT, Point, linked, near, points, turned
+from .fronts import RECENT, Point, linked, median_width, near, points, turned
 from .recording import QUANTITIES, Floats, Map, Numbers
 from .treatment import SIGMA, across_gaps, median_of_places
 
@@ -278,7 +278,7 @@ def _miss(front: list[Point], other: list[Point], rule: Rule) -> float | None:
         slope, level = np.polyfit(x - middle, t, 1)
         ways.append((float(slope), float(level)))
     (slope, early), (other_slope, late) = ways
-    width = float(np.nanmedian([p.width for p in (*front, *other)]))
+    width = median_width([*front, *other])
     alike = abs(slope - other_slope) * max(apart, 5.0) <= 0.5 * width
     return late - early if alike and abs(late - early) <= 0.5 * width else None
 
@@ -293,7 +293,7 @@ def _measured(front: list[Point], raw: Numbers, level: Floats, recorded: Map, ru
         return None
     slope, error, base = _line(place, when, recorded, rule)
     extent = float(place[-1] - place[0])
-    duration = float(np.nanmedian([p.width for p in kept])) if any(np.isfinite(p.width) for p in kept) else np.nan
+    duration = median_width(kept)
     lag = slope * extent
     stands = abs(lag) < max(rule.standing * (duration if np.isfinite(duration) else 0.0), 2.0 * error * extent)
     onward = slope >= 0.0

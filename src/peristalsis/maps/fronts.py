@@ -196,6 +196,12 @@ def _bounds(point: Point) -> tuple[float, float]:
     return min(early, point.ridge), max(late, point.ridge)
 
 
+def median_width(front: list[Point]) -> float:
+    """Median time at half the depth [s]; nan where no point has one, such as at the end of a recording."""
+    known = [point.width for point in front if np.isfinite(point.width)]
+    return float(np.median(known)) if known else float("nan")
+
+
 def turned(front: list[Point], least: int = 4) -> list[list[Point]]:
     """A front, cut in two where it turns around: a contraction that spreads both ways has one for each."""
     if len(front) < 2 * least:
@@ -207,7 +213,8 @@ def turned(front: list[Point], least: int = 4) -> list[list[Point]]:
         (left, first), (right, second) = _line(x[:index], t[:index]), _line(x[index:], t[index:])
         if left * right < 0.0 and first + second < best:
             best, cut = first + second, index
-    floor = 0.25 * (0.1 * float(np.nanmedian([p.width for p in front]))) ** 2 * len(front)
+    width = median_width(front)
+    floor = 0.25 * (0.1 * width) ** 2 * len(front) if np.isfinite(width) else 0.0
     if not cut or best > 0.25 * whole or whole < floor:
         return [front]
     return [front[:cut], front[cut:]]

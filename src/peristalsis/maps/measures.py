@@ -229,6 +229,7 @@ def occlusion(recorded: Map) -> Map:
     if recorded.quantity != "diameter":
         raise ConfigurationError(f"{recorded.name} is a map of {recorded.quantity}; occlusion is about diameters")
     level = median_of_places(recorded.values)
+    level = np.where(level > 0.0, level, np.nan)  # a place that is closed more often than not has no rest to close from
     return recorded.done(
         "diameter over its median at each place, less 1", values=recorded.values / level - 1.0, quantity="strain"
     )
