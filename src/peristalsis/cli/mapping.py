@@ -49,7 +49,7 @@ def carry_out(order: MapOrder, screen: Screen) -> int:
         if own.chosen_by_noise:
             unit = "" if own.unit == "1" else f" {own.unit}"
             screen.warn(
-                f"{one.name}: noise or drift sets the threshold, {own.threshold:.3g}{unit}; take drift out with --level, "
+                f"{one.name}: noise or drift sets the threshold, {own.threshold:.3g}{unit}; take drift out by --level, "
                 "or state --threshold"
             )
         about = {"name": one.name, "quantity": one.quantity, "unit": one.unit, "history": list(one.history)}
