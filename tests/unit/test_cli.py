@@ -702,6 +702,8 @@ def test_film_and_export(runs: Path, here: Path, monkeypatch: pytest.MonkeyPatch
     assert json.loads(capsys.readouterr().out)["files"] == ["tables/track.csv"]
     assert contents(here / "tables") == {"track.csv"}
     assert main(["export", str(runs / "first"), "--out", "tables"]) == 4
+    several = ["--field", "radius", "--field", "axial_position"]
+    assert main(["export", str(runs / "first"), "--out", "maps", *several]) == 0, "an option of several values"
 
 
 def test_compare(runs: Path, here: Path, capsys: Capture) -> None:

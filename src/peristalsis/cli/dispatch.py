@@ -7,6 +7,7 @@ import os
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from ..errors import ConfigurationError, InterruptedRun, PeristalsisError, WriteError
 from .job import Job
@@ -17,7 +18,6 @@ TRACEBACK = "PERISTALSIS_TRACEBACK"
 """Set this variable of the environment to see where an unforeseen error came from."""
 
 PLUGIN = "--plugin"
-REPEATABLE = ("--set", "--format", "--variant", "--write")
 
 
 @dataclass(frozen=True)
@@ -102,8 +102,9 @@ def _parse(words: Sequence[str], program: Program) -> Job | int:
     # Some versions of typer carry their own click, so the class of all usage errors is reached through typer.
     usage_error: type[Exception] = typer.BadParameter.__bases__[0]
     try:
-        _refuse_repeated(words)
-        parsed: Job | int | None = get_command(commands.app).main(
+        group = get_command(commands.app)
+        _refuse_repeated(words, group)
+        parsed: Job | int | None = group.main(
             args=list(words) or list(commands.WITHOUT_WORDS), prog_name=program.name, standalone_mode=False
         )
     except typer.Abort:
@@ -116,9 +117,13 @@ def _parse(words: Sequence[str], program: Program) -> Job | int:
     return 0 if parsed is None else parsed
 
 
-def _refuse_repeated(words: Sequence[str]) -> None:
-    """An option given twice is a mistake, not a choice of the last."""
+def _refuse_repeated(words: Sequence[str], group: Any) -> None:
+    """An option given twice is a mistake, not a choice of the last, but for those that take several values."""
+    several: set[str] = set()
+    for word in (None, *words):
+        group = group if word is None else getattr(group, "commands", {}).get(word, group)
+        several |= {name for one in group.params if getattr(one, "multiple", False) for name in one.opts}
     options = Counter(word.partition("=")[0] for word in words if word.startswith("--") and word != "--")
     for option, count in options.items():
-        if count > 1 and option not in REPEATABLE:
+        if count > 1 and option not in several:
             raise ConfigurationError(f"{option} is given {count} times; keep one")
