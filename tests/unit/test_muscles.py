@@ -111,7 +111,7 @@ def test_a_bell_carries_the_pellet_otherwise() -> None:
     assert run.error is None
     away = np.abs(one["pellet_position"] - other["pellet_position"]).max()
     assert 1e-6 < away < 0.1
-    scalars = run._scalars
+    scalars = run._recorders.scalars
     assert abs(scalars.done.residual) <= 1e-3 * scalars.absolute_work
 
 
