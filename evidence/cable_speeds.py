@@ -45,8 +45,9 @@ def main() -> None:
 
 Made by `python evidence/cable_speeds.py`: the longitudinal layer alone, not deformed, with the conductivity of the
 paper's tissue; a pulse at the oral end, the speed between 3 and 8 cm. Conductivities were calibrated for Plant's cell
-(42 mm/s); every other speed follows. Gastric muscle is not excitable: slow waves reach it from
-[interstitial cells](slow_waves.md), and where those are coupled, by their diffusivity.
+(42 mm/s); every other speed follows. Where it says "no wave" the pulse does not travel: gastric muscle is not
+excitable, slow waves reach it from [interstitial cells](slow_waves.md), which run one after another at 6.5 mm/s there;
+Morris and Lecar's cell with its shipped numbers carries no pulse of 120 uA/cm^2 either; why was not looked into.
 
 | cell | step [ms] | {GRIDS[0]} cells [mm/s] | {GRIDS[1]} cells [mm/s] | {GRIDS[2]} cells [mm/s] | ns a node and step |
 |---|---|---|---|---|---|
