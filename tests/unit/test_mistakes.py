@@ -129,6 +129,7 @@ MISTAKES = {
         (*RUN, "--set", "pellet.radius=1 cm", "--set", "pellet.radius=0.9 cm"),
         ("'pellet.radius'", "twice", "keep one"),
     ),
+    "program beside the package": Mistake(("verify",), ("verify", "no command", "python -m verification")),
     "option given twice": Mistake((*RUN, "--out", "a", "--out", "b"), ("--out", "2 times", "keep one")),
     "reading given twice": Mistake(
         (*RUN, "--reading", "tight", "--set", "reading=printed"),

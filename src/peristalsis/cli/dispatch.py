@@ -18,6 +18,8 @@ TRACEBACK = "PERISTALSIS_TRACEBACK"
 """Set this variable of the environment to see where an unforeseen error came from."""
 
 PLUGIN = "--plugin"
+BESIDE = {"verify": "verification", "bench": "benchmarks"}
+"""Words that were commands once to the programs of the repository that do it now."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,11 @@ def _parse(words: Sequence[str], program: Program) -> Job | int:
     commands = importlib.import_module(program.module)
     # Some versions of typer carry their own click, so the class of all usage errors is reached through typer.
     usage_error: type[Exception] = typer.BadParameter.__bases__[0]
+    if words and words[0] in BESIDE and program.module.startswith(__package__ or ""):
+        raise ConfigurationError(
+            f"{words[0]} is no command of {program.name}; from the folder of its repository, where that program is, "
+            f"call python -m {BESIDE[words[0]]}"
+        )
     try:
         group = get_command(commands.app)
         _refuse_repeated(words, group)
