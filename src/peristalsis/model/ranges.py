@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..numerics.compiled import compiled
+from ..wall.membrane import LARGEST_STRETCH, SMALLEST_STRETCH
 
 Floats = NDArray[np.float64]
 
@@ -30,3 +31,12 @@ def outside(values: Floats, low: float, high: float, places: Floats) -> str | No
     index = np.unravel_index(int(np.argmin(good)), good.shape)
     place = places[min(int(index[0] * places.size / values.shape[0]), places.size - 1)]
     return f"is {values[index]:.3g} at z = {place:.3g} cm,"
+
+
+def stretches_outside(stretch: Floats, hoop: Floats, places: Floats) -> str | None:
+    """The first stretch, along or around, that no wall can have, with its name and place; None if there is none."""
+    for name, values in {"longitudinal stretch": stretch, "circumferential stretch": hoop}.items():
+        bad = outside(values, SMALLEST_STRETCH, LARGEST_STRETCH, places)
+        if bad is not None:
+            return f"{name} {bad}"
+    return None

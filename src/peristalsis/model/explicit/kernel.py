@@ -187,6 +187,14 @@ def _muscle(sheet: Excitable, transfers: Transfers, source: np.ndarray, halves: 
 
 
 @compiled
+def _relax(sheet: Excitable, kinetics: Kinetics, table: np.ndarray, span: float, instant: np.ndarray) -> None:
+    """Gates of a sheet over a span [ms] at its held potential, and what of its cells follows the potential at once."""
+    cell.relax_gates(
+        sheet.potential, sheet.gates, table, kinetics.exact, span, kinetics.cell, instant, sheet.conductances
+    )
+
+
+@compiled
 def march(
     longitudinal: Excitable,
     circular: Excitable,
@@ -236,19 +244,8 @@ def march(
     half = 500.0 * dt_cell  # half a conduction step in ms, for the kernels of cells
     constants, table, half_table = kinetics.cell, kinetics.table, kinetics.half_table
     exact = kinetics.exact
-    cell.relax_gates(
-        longitudinal.potential,
-        longitudinal.gates,
-        half_table,
-        kinetics.exact,
-        half,
-        constants,
-        instant[0],
-        longitudinal.conductances,
-    )
-    cell.relax_gates(
-        circular.potential, circular.gates, half_table, exact, half, constants, instant[1], circular.conductances
-    )
+    _relax(longitudinal, kinetics, half_table, half, instant[0])
+    _relax(circular, kinetics, half_table, half, instant[1])
     kick = plan.first_kick
     for substep in range(plan.substeps):
         now = 1e3 * (plan.time + substep * dt_cell)
@@ -301,39 +298,10 @@ def march(
                 pellet[4] = 0.0
             made += 1
         if substep < plan.substeps - 1:
-            cell.relax_gates(
-                longitudinal.potential,
-                longitudinal.gates,
-                table,
-                exact,
-                2.0 * half,
-                constants,
-                instant[0],
-                longitudinal.conductances,
-            )
-            cell.relax_gates(
-                circular.potential,
-                circular.gates,
-                table,
-                exact,
-                2.0 * half,
-                constants,
-                instant[1],
-                circular.conductances,
-            )
-    cell.relax_gates(
-        longitudinal.potential,
-        longitudinal.gates,
-        half_table,
-        kinetics.exact,
-        half,
-        constants,
-        instant[0],
-        longitudinal.conductances,
-    )
-    cell.relax_gates(
-        circular.potential, circular.gates, half_table, exact, half, constants, instant[1], circular.conductances
-    )
+            _relax(longitudinal, kinetics, table, 2.0 * half, instant[0])
+            _relax(circular, kinetics, table, 2.0 * half, instant[1])
+    _relax(longitudinal, kinetics, half_table, half, instant[0])
+    _relax(circular, kinetics, half_table, half, instant[1])
     shell.drive[:, :] = after
     for i in range(n):
         shell.hoop_rate[i] = seen[0, i] / laws.wall.radius

@@ -21,7 +21,7 @@ from ..friction import dry_friction_now
 from ..model import Layer, Model
 from ..muscle import drive_of_cells
 from ..problem import workspace
-from ..ranges import outside
+from ..ranges import stretches_outside
 from ..scheme import Ahead, Conduction, Solved, StepSummary
 from ..state import PelletState, SheetState, State, WallState
 from ..verdicts import CONVERGED
@@ -130,11 +130,7 @@ def stretch_fault(model: Model, wall: WallState) -> str | None:
         return None
     stretch = stretch_of_elements(wall.position, model.wall.element_size)
     hoop = wall.position[:, :, 0] / model.wall.radius
-    for name, values in {"longitudinal stretch": stretch, "circumferential stretch": hoop}.items():
-        bad = outside(values, SMALLEST_STRETCH, LARGEST_STRETCH, model.grid.nodes)
-        if bad is not None:
-            return f"{name} {bad}"
-    return None
+    return stretches_outside(stretch, hoop, model.grid.nodes)
 
 
 @compiled

@@ -8,14 +8,13 @@ from numpy.typing import NDArray
 from ...geometry.surface import equivalent_radius
 from ...tissue.bidomain import surface_operator
 from ...tissue.surface import SurfaceOperator, SurfaceSizes
-from ...wall.membrane import LARGEST_STRETCH, SMALLEST_STRETCH
 from ..balance import Work, momentum_from, work_on_surface
 from ..bookkeeping import ContactSummary
 from ..exchange import active_force_at
 from ..fields import axial_tension_of_elements, end_reactions
 from ..model import Layer, Model
 from ..muscle import drive_of_cells
-from ..ranges import outside
+from ..ranges import stretches_outside
 from ..scheme import Ahead, Conduction, Solved, StepSummary
 from ..state import PelletState, SheetState, State, WallState
 from ..surface_fields import Stretches, surface_contact, surface_stretches
@@ -97,11 +96,7 @@ def stretch_fault(model: Model, wall: WallState) -> str | None:
         stretch, hoop = surface_stretches(wall.position, model.wall)
     except ValueError as error:
         return str(error)
-    for name, values in {"longitudinal stretch": stretch, "circumferential stretch": hoop}.items():
-        bad = outside(values, SMALLEST_STRETCH, LARGEST_STRETCH, model.grid.nodes)
-        if bad is not None:
-            return f"{name} {bad}"
-    return None
+    return stretches_outside(stretch, hoop, model.grid.nodes)
 
 
 def work(model: Model, before: State, after: State) -> Work:
