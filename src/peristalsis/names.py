@@ -183,6 +183,8 @@ SCALARS = [
         lambda now: now.contact.smallest_gap,
     ),
     Output("newton_iterations", STEP, "1", "Newton iterations of the step", lambda now: now.newton_iterations),
+    Output("step_parts", STEP, "1", "parts that the step was made in", lambda now: now.parts),
+    Output("steps_rejected", STEP, "1", "tries of step and parts that were too long", lambda now: now.rejected),
     Output("work_active", STEP, "mN*cm", "work done by the muscle since t = 0", lambda now: now.done.active),
     Output("work_gas", STEP, "mN*cm", "work done by the lumen's content since t = 0", lambda now: now.done.gas),
     Output("energy_wall", STEP, "mN*cm", "work stored in the passive wall since t = 0", lambda now: now.done.stored),

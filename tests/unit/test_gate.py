@@ -105,11 +105,11 @@ def test_an_event_in_unprepared_muscle_is_lost() -> None:
     """Under both kinds of rules: it is not made up for when the muscle is prepared later, and no time is refractory."""
     high, low = np.full((50, 1), 200.0), np.full((50, 1), 150.0)
     state = quiet((50, 1))._replace(tension=high, rising=np.ones((50, 1), np.bool_))
-    state = observe_tension(TRIGGER, prepare(state, (5.0, 5.0), 0.0), low, 0.05)
+    state = observe_tension(TRIGGER, prepare(state, (5.0, 5.0), 0.0), low, 0.05, DT)
     assert not np.isfinite(state.start).any()
-    state = observe_tension(TRIGGER, state, low - 1.0, 0.2)
+    state = observe_tension(TRIGGER, state, low - 1.0, 0.2, DT)
     assert not np.isfinite(state.start).any()
-    state = observe_tension(TRIGGER, state._replace(tension=high, rising=np.ones((50, 1), np.bool_)), low, 0.25)
+    state = observe_tension(TRIGGER, state._replace(tension=high, rising=np.ones((50, 1), np.bool_)), low, 0.25, DT)
     assert CELLS[np.isfinite(state.start[:, 0])] == pytest.approx(np.arange(3.9, 5.6, 0.2))
 
     delayed = TRIGGER._replace(rule="delay")

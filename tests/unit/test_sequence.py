@@ -16,6 +16,8 @@ from peristalsis.control.sequence import (
     trigger_current,
 )
 
+DT = 0.01
+"""Step of the tests [s]."""
 TRIGGER = Trigger("active", 0.1, 100.0, 1.5, 0.05, 0.7)
 
 
@@ -26,7 +28,7 @@ def starts(
     state, found = quiet((1, 1)), []
     for k in range(1, round(seconds / dt) + 1):
         before = state.start[0, 0]
-        state = observe_tension(trigger, state, np.array([[tension(k * dt)]]), k * dt)
+        state = observe_tension(trigger, state, np.array([[tension(k * dt)]]), k * dt, dt)
         if state.start[0, 0] != before:
             found.append(float(state.start[0, 0]))
     return found
@@ -66,13 +68,13 @@ def test_plateau_fires_when_it_ends() -> None:
 
 def test_falling_from_the_start_is_no_maximum() -> None:
     state = quiet((1, 1))._replace(tension=np.array([[500.0]]))
-    state = observe_tension(TRIGGER, state, np.array([[400.0]]), 0.002)
+    state = observe_tension(TRIGGER, state, np.array([[400.0]]), 0.002, DT)
     assert state.start[0, 0] == -np.inf
 
 
 def test_cells_fire_each_for_themselves() -> None:
     state = quiet((2, 1))._replace(tension=np.array([[200.0], [200.0]]), rising=np.array([[True], [False]]))
-    state = observe_tension(TRIGGER, state, np.array([[199.0], [199.0]]), 1.0)
+    state = observe_tension(TRIGGER, state, np.array([[199.0], [199.0]]), 1.0, DT)
     assert state.start.ravel().tolist() == [1.0, -np.inf]
 
 
@@ -114,9 +116,9 @@ def test_response_of_the_cells_scales_what_is_added(response: float | np.ndarray
 def test_a_pulse_keeps_what_it_was_begun_with() -> None:
     """Duration and intensity of the trigger may change in a run: the pulses under way stay as they are."""
     state = quiet((1, 1))._replace(tension=np.array([[200.0]]), rising=np.array([[True]]))
-    state = observe_tension(TRIGGER, state, np.array([[150.0]]), 0.1)
+    state = observe_tension(TRIGGER, state, np.array([[150.0]]), 0.1, DT)
     changed = TRIGGER._replace(duration=0.01, intensity=9.0, level=1e3)
-    state = observe_tension(changed, state, np.array([[140.0]]), 0.11)
+    state = observe_tension(changed, state, np.array([[140.0]]), 0.11, DT)
     charge = sum(float(trigger_current(state, 0.1 + a, 0.102 + a)[0, 0]) * 0.002 for a in np.arange(50) * 0.002)
     assert charge == pytest.approx(TRIGGER.duration * TRIGGER.intensity)
 
@@ -130,3 +132,53 @@ def test_delay_rule_answers_an_activation_once_whatever_changes() -> None:
     state = observe_activation(trigger, state, np.array([[0.5]]), 0.5)  # refractory: let go
     again = observe_activation(trigger._replace(refractory=0.1), state, np.array([[0.5]]), 0.6)
     assert again.start[0, 0] == pytest.approx(0.3)
+
+
+WITHIN = TRIGGER._replace(timing="within")
+
+
+@pytest.mark.parametrize("dt", [0.008, 0.004, 0.0013])
+def test_a_maximum_between_steps_is_found_exactly_where_the_tension_is_a_parabola(dt: float) -> None:
+    """Eq. (100), whatever the step; steps of two lengths below."""
+    found = starts(lambda t: 300.0 - 2e3 * (t - 0.50333) ** 2, 0.6, dt, WITHIN)
+    assert found == pytest.approx([0.50333], abs=1e-12)
+
+
+def test_a_maximum_between_steps_of_two_lengths() -> None:
+    state, times = quiet((1, 1)), [0.01, 0.05, 0.09, 0.1, 0.11, 0.13, 0.15]
+    before = 0.0
+    for time in times:
+        tension = np.array([[200.0 - 1e4 * (time - 0.1081) ** 2]])
+        state = observe_tension(WITHIN, state, tension, time, time - before)
+        before = time
+    assert state.start[0, 0] == pytest.approx(0.1081, abs=1e-12)
+    assert state.seen[0, 0] == 0.13
+
+
+def test_a_maximum_between_steps_is_found_to_second_order() -> None:
+    """A rise and a slower fall, largest at 0.1 s, wherever the steps lie."""
+
+    def error(dt: float) -> float:
+        errors = []
+        for shift in np.linspace(0.0, 1.0, 7) * dt:
+            found = starts(lambda t: 300.0 * (t + shift) * 10.0 * np.exp(1.0 - 10.0 * (t + shift)), 0.3, dt, WITHIN)
+            errors.append(abs(found[0] - (0.1 - shift)))
+        return max(errors)
+
+    assert 3.4 < error(0.008) / error(0.004) < 4.6
+    assert error(0.004) < 0.02 * 0.004
+
+
+@pytest.mark.parametrize("dt", [0.008, 0.003])
+def test_a_pulse_that_is_seen_late_brings_all_its_charge(dt: float) -> None:
+    """Eq. (101): the first step brings what the pulse would have brought since its start."""
+    state, charge, first = quiet((1, 1)), 0.0, None
+    for k in range(1, 60):
+        time = k * dt
+        brought = float(trigger_current(state, time - dt, time)[0, 0])
+        charge += brought * dt
+        first = time if first is None and brought > 0.0 else first
+        state = observe_tension(WITHIN, state, np.array([[200.0 - 1e4 * (time - 0.1003) ** 2]]), time, dt)
+    assert charge == pytest.approx(TRIGGER.intensity * TRIGGER.duration, rel=1e-12)
+    assert first is not None
+    assert first - 0.1003 < 2.5 * dt

@@ -14,6 +14,8 @@ Floats = NDArray[np.float64]
 RULES = ("active", "total", "pacemaker", "delay", "none")
 GATED = ("active", "total", "delay")
 """Rules that start the circular layer place by place, so that a gate can keep them from it."""
+TIMINGS = ("step", "within")
+"""When a maximum of tension was passed: at the end of the step in which it is seen, or between steps, Eq. (100)."""
 
 ROUNDING = 1e-9
 """Times this close are one [s]."""
@@ -34,7 +36,7 @@ class Gate(NamedTuple):
 
 
 class Trigger(NamedTuple):
-    """Settings of the local trigger; times in s, level in mN/cm, intensity in uA/cm^2."""
+    """Settings of the local trigger; times in s, level in mN/cm, intensity in uA/cm^2; timing: one of `TIMINGS`."""
 
     rule: str
     delay: float
@@ -43,10 +45,14 @@ class Trigger(NamedTuple):
     duration: float
     refractory: float
     gate: Gate = Gate()
+    timing: str = "step"
 
 
 class TriggerState(NamedTuple):
     """Per cell, shape (n_z, n_theta): last tension seen [mN/cm], whether it was rising, last start of a pulse [s].
+
+    slope: of the tension over the step before [mN/cm/s], and `span`, the length of that step [s]. seen: the time at
+    which the last pulse was noticed [s], later than its start where a maximum was found between steps.
 
     duration [s] and intensity [uA/cm^2]: of that pulse, which keeps what it was begun with. answered: the latest
     longitudinal activation that was judged under the rule `delay` [s]. opens, closes: from when and until when a ring
@@ -61,13 +67,18 @@ class TriggerState(NamedTuple):
     answered: Floats
     opens: Floats
     closes: Floats
+    slope: Floats
+    seen: Floats
+    span: float = 0.0
 
 
 def quiet(shape: tuple[int, int]) -> TriggerState:
     """A trigger that has not fired yet."""
     numbers = (np.full(shape, -np.inf), np.zeros(shape), np.zeros(shape), np.full(shape, -np.inf))
     unprepared = (np.full(shape[0], np.inf), np.full(shape[0], -np.inf))
-    return TriggerState(np.zeros(shape), np.zeros(shape, np.bool_), *numbers, *unprepared)
+    return TriggerState(
+        np.zeros(shape), np.zeros(shape, np.bool_), *numbers, *unprepared, np.zeros(shape), np.full(shape, -np.inf)
+    )
 
 
 def prepare(
@@ -93,53 +104,76 @@ def prepared(gate: Gate, state: TriggerState, time: float) -> NDArray[np.bool_] 
     return ((state.opens <= time + ROUNDING) & (time <= state.closes + ROUNDING))[:, None]
 
 
-def observe_tension(trigger: Trigger, state: TriggerState, tension: Floats, time: float) -> TriggerState:
-    """Fire where the tension passes its maximum: it was rising, falls now, and was above the level."""
-    rising, start = np.empty_like(state.rising), np.empty_like(state.start)
+def observe_tension(trigger: Trigger, state: TriggerState, tension: Floats, time: float, span: float) -> TriggerState:
+    """Fire where the tension passes its maximum: it was rising, falls now, and was above the level.
+
+    time: now [s]; span: since the tension before [s].
+    """
+    rising, start, slope = np.empty_like(state.rising), np.empty_like(state.start), np.empty_like(state.slope)
     fires = _pass_maximum(
         tension.ravel(),
-        state.tension.ravel(),
-        state.rising.ravel(),
-        state.start.ravel(),
+        Seen(state.tension.ravel(), state.rising.ravel(), state.slope.ravel(), state.start.ravel()),
         trigger.level,
         trigger.refractory,
         time,
-        rising.ravel(),
-        start.ravel(),
+        (state.span if trigger.timing == "within" else 0.0, span),
+        Seen(tension.ravel(), rising.ravel(), slope.ravel(), start.ravel()),
     )
-    after = state._replace(tension=tension, rising=rising)
+    after = state._replace(tension=tension, rising=rising, slope=slope, span=span)
     open_ = prepared(trigger.gate, state, time) if fires else None
     if open_ is not None:
         start = np.where(open_, start, state.start)
-    return _begun(trigger, after, start) if fires else after
+    return _begun(trigger, after, start, time) if fires else after
 
 
-def _begun(trigger: Trigger, state: TriggerState, start: Floats) -> TriggerState:
-    """The state with pulses that begin where `start` is new; they have what the trigger has now."""
+class Seen(NamedTuple):
+    """What the trigger knows of every cell, flattened: see `TriggerState`."""
+
+    tension: np.ndarray
+    rising: np.ndarray
+    slope: np.ndarray
+    start: np.ndarray
+
+
+def _begun(trigger: Trigger, state: TriggerState, start: Floats, time: float) -> TriggerState:
+    """The state with pulses that begin where `start` is new, seen now; they have what the trigger has now."""
     new = start != state.start
-    duration = np.where(new, trigger.duration, state.duration)
-    return state._replace(start=start, duration=duration, intensity=np.where(new, trigger.intensity, state.intensity))
+    return state._replace(
+        start=start,
+        seen=np.where(new, time, state.seen),
+        duration=np.where(new, trigger.duration, state.duration),
+        intensity=np.where(new, trigger.intensity, state.intensity),
+    )
 
 
 @compiled
 def _pass_maximum(
     tension: np.ndarray,
-    before: np.ndarray,
-    was_rising: np.ndarray,
-    last: np.ndarray,
+    before: Seen,
     level: float,
     refractory: float,
     time: float,
-    rising: np.ndarray,
-    start: np.ndarray,
+    spans: tuple[float, float],
+    after: Seen,
 ) -> bool:
-    """Whether a cell fires; `start` then holds the times of the last pulses."""
+    """Whether a cell fires; `after.start` then holds the times of the last pulses.
+
+    spans: of the step before and of this one [s]; with 0 for the first a pulse begins when it is seen. Otherwise it
+    begins where the parabola through the last three tensions is largest, Eq. (100).
+    """
+    earlier, span = spans
     any_fires = False
     for k in range(tension.size):
-        falling = tension[k] < before[k]
-        fires = was_rising[k] and falling and before[k] > level and time - last[k] > refractory
-        rising[k] = was_rising[k] if tension[k] == before[k] else not falling
-        start[k] = time if fires else last[k]
+        falling = tension[k] < before.tension[k]
+        fires = before.rising[k] and falling and before.tension[k] > level and time - before.start[k] > refractory
+        after.rising[k] = before.rising[k] if tension[k] == before.tension[k] else not falling
+        slope = (tension[k] - before.tension[k]) / span
+        after.slope[k] = slope
+        begin = time
+        if fires and earlier > 0.0:
+            since = 0.5 * span + 0.5 * (earlier + span) * slope / (slope - max(before.slope[k], 0.0))
+            begin = time - since
+        after.start[k] = begin if fires else before.start[k]
         any_fires |= fires
     return any_fires
 
@@ -160,12 +194,15 @@ def observe_activation(trigger: Trigger, state: TriggerState, activation: Floats
     if open_ is not None:
         fires &= open_
     if fires.any():
-        state = _begun(trigger, state, np.where(fires, np.maximum(planned, time), state.start))
+        state = _begun(trigger, state, np.where(fires, np.maximum(planned, time), state.start), time)
     return state._replace(answered=answered)
 
 
 def trigger_current(state: TriggerState, start: float, stop: float) -> Floats:
-    """Mean current of the local pulses over [start, stop] [uA/cm^2], shape (n_z, n_theta)."""
+    """Mean current of the local pulses over [start, stop] [uA/cm^2], shape (n_z, n_theta).
+
+    A pulse that began before it was seen brings in its first step what it would have brought before, Eq. (101).
+    """
     current = np.zeros_like(state.start)
     add_trigger_current(state, start, stop, current)
     return current
@@ -180,7 +217,7 @@ def add_trigger_current(
 ) -> None:
     """Add `trigger_current`, times the response of the cells, to `current`."""
     if isinstance(response, float):
-        pulses = state.start.ravel(), state.duration.ravel(), state.intensity.ravel()
+        pulses = state.start.ravel(), state.seen.ravel(), state.duration.ravel(), state.intensity.ravel()
         _add_pulses_from(*pulses, response, start, stop, current.ravel())
     else:
         current += trigger_current(state, start, stop) * response
@@ -189,6 +226,7 @@ def add_trigger_current(
 @compiled
 def _add_pulses_from(
     begins: np.ndarray,
+    seen: np.ndarray,
     durations: np.ndarray,
     intensities: np.ndarray,
     response: float,
@@ -197,6 +235,8 @@ def _add_pulses_from(
     current: np.ndarray,
 ) -> None:
     for k in range(begins.size):
-        inside = min(stop, begins[k] + durations[k]) - max(start, begins[k])
+        missed = seen[k] > start - ROUNDING  # noticed just now: nothing of it has been brought yet
+        begin = begins[k] if missed else max(start, begins[k])
+        inside = min(stop, begins[k] + durations[k]) - begin
         if inside > 0.0:
             current[k] += response * intensities[k] * (inside / (stop - start))

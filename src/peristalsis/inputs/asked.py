@@ -34,7 +34,7 @@ def remarks(configuration: Configuration) -> list[str]:
 
 
 def _step(c: Configuration) -> float:
-    return units.to_internal(c.step.wall, "ms")
+    return units.to_internal(c.step.whole, "ms")
 
 
 def _lengths(c: Configuration) -> Iterator[str]:
@@ -42,12 +42,12 @@ def _lengths(c: Configuration) -> Iterator[str]:
     count = whole_steps(c.run.duration, step)
     if abs(c.run.duration - count * step) > ROUNDING * step:
         yield (
-            f"run.duration = {c.run.duration:g} s is no whole number of steps of {c.step.wall:g} ms: the run goes on "
+            f"run.duration = {c.run.duration:g} s is no whole number of steps of {c.step.whole:g} ms: the run goes on "
             f"to {count * step:.12g} s"
         )
     if not float(frames_apart(c.output.interval, step)).is_integer():
         yield (
-            f"output.interval = {c.output.interval:g} s is no whole number of steps of {c.step.wall:g} ms: fields are "
+            f"output.interval = {c.output.interval:g} s is no whole number of steps of {c.step.whole:g} ms: fields are "
             "stored at the first step at or after each multiple of it"
         )
     if c.solver.integrator == "explicit" and c.step.explicit > 0.0:
@@ -67,8 +67,8 @@ def _courses(c: Configuration) -> Iterator[str]:
         if skipped:
             yield (
                 f"protocols: {len(skipped)} of {len(course.times)} values of {course.parameter} lie within a step of "
-                f"{c.step.wall:g} ms with a later one, first that at {course.times[skipped[0]]:g} s, and are not seen; "
-                "shorten step.wall if they matter"
+                f"{c.step.whole:g} ms with a later one, first that at {course.times[skipped[0]]:g} s, and are not "
+                f"seen; shorten {c.step.whole_key} if they matter"
             )
         late = len(course.times) - bisect.bisect_left(course.times, end)
         if late and course.times[0] < course.times[-1]:
@@ -81,7 +81,7 @@ def _courses(c: Configuration) -> Iterator[str]:
         if between:
             yield (
                 f"protocols: {course.parameter} changes between two steps, first at {between[0]:.12g} s, and takes its "
-                f"value at the next, less than {c.step.wall:g} ms later"
+                f"value at the next, less than {c.step.whole:g} ms later"
             )
 
 

@@ -15,7 +15,7 @@ from ..control.sequence import Gate, Trigger
 from ..errors import ConfigurationError
 from ..geometry.grid import Grid
 from ..model.constants import LumenConstants
-from ..model.model import ExplicitScheme, Layer, Model, Network, PacemakerCell, Response
+from ..model.model import ExplicitScheme, Layer, Model, Network, PacemakerCell, Response, StepControl
 from ..numerics.binding import Binding, bind
 from ..pellet.friction import FrictionLaw
 from ..tissue.cell import PLANT, SHIPPED_CELL, Cell, described
@@ -54,7 +54,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         return since is not None and all(getattr(c, name) is getattr(since, name) for name in (*sections, "regions"))
 
     grid = like.grid if like is not None else _grid(c)
-    dt_wall = to_internal(c.step.wall, "ms")
+    dt_wall = to_internal(c.step.whole, "ms")
     shape = _fitting_shape(c, binding)
     return Model(
         grid=grid,
@@ -91,6 +91,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
                 c.trigger.gate_delay,
                 c.trigger.gate_duration,
             ),
+            c.trigger.timing,
         ),
         reflex=Reflex(
             c.reflex.enabled,
@@ -107,7 +108,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         inertia=c.wall.inertia or c.solver.integrator == "explicit",
         second_order=c.step.scheme == "bdf2",
         dt_wall=dt_wall,
-        substeps=round(c.step.wall / c.step.conduction),
+        substeps=round(c.step.whole / c.step.conduction),
         exact_kinetics=c.solver.exact_kinetics,
         tolerance=c.solver.residual_tolerance,
         gap_tolerance=c.solver.penetration_tolerance * c.pellet.radius,
@@ -125,6 +126,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         stimuli_circular=like.stimuli_circular if like and same("stimuli") else _listed(c, "circular"),
         network=like.network if like and same("network", "parts") else _network(c, grid),
         binding=binding,
+        control=StepControl(c.step.tolerance, c.step.halvings) if c.step.control == "error" else None,
     )
 
 

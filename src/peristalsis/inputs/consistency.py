@@ -159,12 +159,12 @@ def _check_grid(config: Configuration) -> None:
 
 def _check_steps(config: Configuration) -> None:
     step, run = config.step, config.run
-    ratio = step.wall / step.conduction
+    ratio = step.whole / step.conduction
     if abs(ratio - round(ratio)) > 1e-9 * ratio or round(ratio) < 1:
         count = max(1, round(ratio))
         _refuse(
-            "step.wall",
-            f"{step.wall} ms",
+            step.whole_key,
+            f"{step.whole} ms",
             f"it is {ratio:.6g} times step.conduction = {step.conduction} ms, not a whole number of times",
             f"use, for example, {count * step.conduction:.12g} ms",
         )
@@ -176,6 +176,8 @@ def _check_steps(config: Configuration) -> None:
             f"it takes {steps:.3g} steps of step.conduction = {step.conduction} ms, over {MOST_STEPS:.0e}",
             "shorten the run or lengthen the step",
         )
+    if step.control == "error":
+        _check_step_control(config)
     size = output_size(config)
     if size > LARGEST_OUTPUT:
         _refuse(
@@ -185,8 +187,28 @@ def _check_steps(config: Configuration) -> None:
             "store less often or fewer fields (output.fields), shorten the run or use fewer nodes",
         )
     for key, time in (("run.duration", run.duration), ("output.interval", config.output.interval)):
-        if time < units.to_internal(step.wall, "ms") * (1 - 1e-9):
-            _refuse(key, f"{time} s", f"it is shorter than step.wall = {step.wall} ms", "use at least one step")
+        if time < units.to_internal(step.whole, "ms") * (1 - 1e-9):
+            _refuse(key, f"{time} s", f"it is shorter than {step.whole_key} = {step.whole} ms", "use at least one step")
+
+
+def _check_step_control(config: Configuration) -> None:
+    """Steps whose length follows their error are halves of halves of the longest one, and implicit."""
+    step = config.step
+    if config.solver.integrator == "explicit":
+        _refuse(
+            "step.control",
+            "error",
+            "the explicit scheme steps with its stability limit (solver.integrator = explicit)",
+            "use step.control = fixed, or solver.integrator = implicit",
+        )
+    parts = step.longest / step.shortest
+    if parts < 1.0 or abs(parts - 2**step.halvings) > 1e-9 * parts:
+        _refuse(
+            "step.shortest",
+            f"{step.shortest} ms",
+            f"it is not step.longest = {step.longest} ms halved, once or more often",
+            f"use, for example, {step.longest / 2 ** max(1, step.halvings):.12g} ms",
+        )
 
 
 def _check_explicit(config: Configuration) -> None:
@@ -217,7 +239,7 @@ def _check_explicit(config: Configuration) -> None:
 def recording_of(config: Configuration) -> Recording:
     """What a run keeps: fields at every interval, numbers and probes at every step."""
     grid, output = config.grid, config.output
-    step = units.to_internal(config.step.wall, "ms")
+    step = units.to_internal(config.step.whole, "ms")
     nodes, cells = (grid.n_z_wall + 1) * grid.n_theta, grid.n_z * grid.conduction_columns
     return planned(
         config.run.duration, output.interval, step, nodes, cells, len(output.probes), output.fields, config.cells()
@@ -281,12 +303,13 @@ def _check_control(config: Configuration) -> None:
             f"under trigger.rule = {trigger.rule} the circular layer cannot come first",
             "use at least 0 s, or trigger.rule = pacemaker",
         )
-    if trigger.gate == "stretch" and trigger.gate_duration < units.to_internal(config.step.wall, "ms") * (1.0 - 1e-9):
+    step = config.step
+    if trigger.gate == "stretch" and trigger.gate_duration < units.to_internal(step.whole, "ms") * (1.0 - 1e-9):
         _refuse(
             "trigger.gate_duration",
             f"{trigger.gate_duration} s",
             "the muscle would be prepared between two steps and at none",
-            f"use at least step.wall = {config.step.wall:g} ms",
+            f"use at least {step.whole_key} = {step.whole:g} ms",
         )
     if trigger.rule == "pacemaker" and pacemaker.kind == "cell":
         _refuse(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -155,12 +155,20 @@ class ExplicitScheme(NamedTuple):
     contact_stiffness: float
 
 
+class StepControl(NamedTuple):
+    """How the length of a step follows its error: what it may be [cm], Eq. (102), and how often a step is halved."""
+
+    tolerance: float
+    halvings: int
+
+
 @dataclass(frozen=True)
 class Model:
     """Parts and settings of a run. Steps: dt_wall [s] = substeps * dt_cell [ms].
 
     start_position: pellet centre before t = 0 [cm]. free_radius: of the pellet-free tube at p0 [cm], at the nodes.
     surface, sideways_friction [mN s/cm]: of a wall on the whole surface; None keeps the pellet on the axis.
+    control: of the length of the steps, of which dt_wall is then the longest; None keeps them as long as that.
     explicit: None for the implicit wall. stimuli_longitudinal, stimuli_circular: those at listed times. binding: of the
     kernels to the chosen law and shape.
     """
@@ -194,6 +202,13 @@ class Model:
     stimuli_circular: Listed = NO_PULSES
     network: Network | None = None
     binding: Binding = SHIPPED
+    control: StepControl | None = None
+
+    @cached_property
+    def finer(self) -> Model:
+        """The model with steps half as long; those of the cells stay as they are where they can."""
+        parts = self.substeps // 2 if self.substeps % 2 == 0 else self.substeps
+        return replace(self, dt_wall=0.5 * self.dt_wall, substeps=parts)
 
     @property
     def dt_cell(self) -> float:

@@ -127,9 +127,13 @@ def _listen_to_muscle(
         trigger = prepare(model.trigger.gate, trigger, grid.cells, grid.cell_size, _stretched(model, wall), time)
     match model.trigger.rule:
         case "active":
-            return observe_tension(model.trigger, trigger, scheme_of(model).trigger_force(model, sheet, wall), time)
+            return observe_tension(
+                model.trigger, trigger, scheme_of(model).trigger_force(model, sheet, wall), time, model.dt_wall
+            )
         case "total":
-            return observe_tension(model.trigger, trigger, scheme_of(model).trigger_tension(model, wall), time)
+            return observe_tension(
+                model.trigger, trigger, scheme_of(model).trigger_tension(model, wall), time, model.dt_wall
+            )
         case "delay":
             return observe_activation(model.trigger, trigger, sheet.last_activation * 1e-3, time)
     return trigger

@@ -13,6 +13,7 @@ from ..model.balance import Momentum
 from ..model.bookkeeping import ContactSummary, EndReactions
 from ..model.friction import dry_friction_now, end_reaction, sliding_speed
 from ..model.model import Layer, Model
+from ..model.report import StepReport
 from ..model.state import SheetState, State
 from ..model.step_summary import StepSummary
 from ..names import CALCIUM
@@ -137,10 +138,12 @@ class StepMoment(Moment):
     contact, ends, momentum: of the step's summary. done: work since t = 0.
     """
 
-    def __init__(self, model: Model, state: State, summary: StepSummary, newton_iterations: int, done: Done) -> None:
+    def __init__(self, model: Model, state: State, summary: StepSummary, report: StepReport, done: Done) -> None:
         super().__init__(model, state)
         self.contact: ContactSummary = summary.contact
         self.ends: EndReactions = summary.ends
         self.momentum: Momentum = summary.momentum
-        self.newton_iterations = newton_iterations
+        self.newton_iterations = report.newton_iterations
+        self.parts = max(1, len(report.parts)) if report.wall_solves else 0
+        self.rejected = report.rejected
         self.done = done

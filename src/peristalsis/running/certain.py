@@ -61,8 +61,11 @@ def neighbours(configuration: Configuration) -> dict[str, Configuration]:
     grid, step = configuration.grid, configuration.step
     finer: dict[str, dict[str, Any]] = {
         "grid": {"grid.n_z": 2 * grid.n_z, "grid.n_z_wall": 2 * grid.n_z_wall},
-        "step": {"step.wall": f"{0.5 * step.wall!r} ms", "step.conduction": f"{0.5 * step.conduction!r} ms"},
+        "step": {step.whole_key: f"{0.5 * step.whole!r} ms", "step.conduction": f"{0.5 * step.conduction!r} ms"},
     }
+    if step.control == "error":
+        finer["step"]["step.shortest"] = f"{0.5 * step.shortest!r} ms"
+        finer["step"]["step.tolerance"] = f"{0.5 * step.tolerance!r} cm"
     if configuration.solver.integrator == "explicit" and step.explicit > 0.0:
         finer["step"]["step.explicit"] = f"{0.5 * step.explicit!r} ms"
     seldom = {"output.interval": f"{min(configuration.run.duration, SELDOM)!r} s"}  # fields are not compared
@@ -85,7 +88,7 @@ def cost_words(configuration: Configuration, workers: int = 1) -> str:
     side = ", side by side" if workers > 1 else ""
     return (
         f"to be certain, the run is made again on {2 * grid.n_z} cells and {2 * grid.n_z_wall} elements, and with wall "
-        f"steps of {0.5 * step.wall:g} ms: that costs {more} the run itself in addition{side}"
+        f"steps of {0.5 * step.whole:g} ms: that costs {more} the run itself in addition{side}"
     )
 
 

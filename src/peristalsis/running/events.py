@@ -60,10 +60,12 @@ class EventRecorder:
         time = after.step * model.dt_wall
         if report.halved:
             self.note(time, "step_halved", math.nan, f"the step was made in parts: {report.halved}")
-        self._stimuli(model, before, after, time)
-        if model.pellet.present:
-            self._pellet(model, before, after, time)
-            self._ends(model, before, after)
+        for part in report.made_of(model, before, after):
+            time = part.after.step * part.model.dt_wall
+            self._stimuli(*part, time)
+            if model.pellet.present:
+                self._pellet(*part, time)
+                self._ends(*part)
         return None
 
     def note(self, time: float, kind: str, place: float, words: str) -> None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..errors import ConfigurationError
 from ..inputs.asked import ARREST_TRAVEL, ARREST_WINDOW
 from ..inputs.recording import ALL, chosen, due
+from ..model.balance import Work
 from ..model.ends import ANALLY, ORALLY, passages
 from ..model.model import Model
 from ..model.report import StepReport
@@ -24,6 +25,8 @@ Floats = NDArray[np.float64]
 
 REACHED, AT_REST = "the pellet has reached", "the pellet has come to rest"
 """Why a run is stopped, or how the reason begins."""
+AT_START = StepReport(0, 0, 0)
+"""Of the state before the first step."""
 
 
 class Observer(Protocol):
@@ -63,12 +66,19 @@ class ScalarRecorder:
     def start(self, model: Model, state: State) -> None:
         """Record the initial state."""
         summary = model.binding.module("model.step_summary").summary_of_step(model, state, state)
-        self._record(StepMoment(model, state, summary, 0, self.done))
+        self._record(StepMoment(model, state, summary, AT_START, self.done))
 
     def see(self, model: Model, before: State, after: State, report: StepReport) -> str | None:
         """Add the work of the step and record its end."""
-        summary = model.binding.module("model.step_summary").summary_of_step(model, before, after)
-        work, done = summary.work, self.done
+        summary_of_step = model.binding.module("model.step_summary").summary_of_step
+        for part in report.made_of(model, before, after):
+            summary = summary_of_step(*part)
+            self._add(summary.work)
+        self._record(StepMoment(model, after, summary, report, self.done))
+        return None
+
+    def _add(self, work: Work) -> None:
+        done = self.done
         self.done = Done(
             active=done.active + work.active,
             gas=done.gas + work.gas,
@@ -78,8 +88,6 @@ class ScalarRecorder:
             residual=done.residual + work.residual,
         )
         self.absolute_work += abs(work.active) + abs(work.gas)
-        self._record(StepMoment(model, after, summary, report.newton_iterations, self.done))
-        return None
 
     def columns(self) -> dict[str, Floats]:
         """Name to values, shape (n_steps + 1,)."""
@@ -186,8 +194,11 @@ class Expulsion:
         """Note the time of arrival, linear within the step."""
         if not model.pellet.present or self.way is not None:
             return None
-        found = passages(model, before, after)
-        self.time, self.oral_time = found.anal, found.oral
+        for part in report.made_of(model, before, after):
+            found = passages(*part)
+            self.time, self.oral_time = found.anal, found.oral
+            if self.way is not None:
+                break
         return self.way if self.stop else None
 
     @property

@@ -310,7 +310,7 @@ class Simulation:
         begin = time.perf_counter()
         if self._courses:
             self._follow_protocols()
-        after, report = self.model.binding.module("model.guards").advance_safely(self.model, before)
+        after, report = self.model.binding.module("model.stepping").advance_run(self.model, before)
         self._solver_seconds += time.perf_counter() - begin
         self.state = after
         for observer in self._observers:

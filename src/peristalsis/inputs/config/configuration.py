@@ -302,6 +302,12 @@ class Configuration(Sections):
             without = (*without, *(key for key in ours if key.startswith("network.")))
         if self.trigger.gate == "none":
             without = (*without, *(key for key in ours if key.startswith("trigger.gate")))
+        if self.step.control == "fixed":
+            without = (*without, "step.control", "step.longest", "step.shortest", "step.tolerance")
+        else:
+            without = (*without, "step.wall")
+        if self.trigger.timing == "step":
+            without = (*without, "trigger.timing")
         texts = {key: text for key, text in self.texts().items() if key not in without}
         foreign = choices.foreign(choices.in_use(self.flat()))
         if foreign:  # the same name may stand for another file tomorrow

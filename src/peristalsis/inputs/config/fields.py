@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from numbers import Integral
 from typing import Annotated, Any, Literal, get_args, get_origin
@@ -207,6 +208,7 @@ class Trigger(Section):
     intensity: float = parameter("trigger.intensity", ge=0, le=1000)
     duration: float = parameter("trigger.duration", gt=0, le=100)
     refractory: float = parameter("trigger.refractory", ge=0, le=1000)
+    timing: Literal["step", "within"] = parameter("trigger.timing")
     gate: Literal["none", "stretch"] = parameter("trigger.gate")
     gate_oral_length: float = parameter("trigger.gate_oral_length", ge=0, le=200)
     gate_anal_length: float = parameter("trigger.gate_anal_length", ge=0, le=200)
@@ -262,6 +264,25 @@ class Step(Section):
     wall: float = parameter("step.wall", ge=1e-4, le=1000)
     scheme: Literal["bdf2", "euler"] = parameter("step.scheme")
     explicit: float = parameter("step.explicit", ge=0, le=100)
+    control: Literal["fixed", "error"] = parameter("step.control")
+    longest: float = parameter("step.longest", ge=1e-4, le=1000)
+    shortest: float = parameter("step.shortest", ge=1e-4, le=1000)
+    tolerance: float = parameter("step.tolerance", gt=0, le=10)
+
+    @property
+    def whole(self) -> float:
+        """Length of a step of the run [ms]: what is recorded, and what a step in parts is made of, is whole ones."""
+        return self.wall if self.control == "fixed" else self.longest
+
+    @property
+    def whole_key(self) -> str:
+        """The parameter that says how long a step of the run is."""
+        return "step.wall" if self.control == "fixed" else "step.longest"
+
+    @property
+    def halvings(self) -> int:
+        """How often a step whose length follows its error can be halved."""
+        return max(0, round(math.log2(self.longest / self.shortest)))
 
 
 class Solver(Section):
