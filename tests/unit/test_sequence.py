@@ -161,7 +161,7 @@ def test_a_maximum_between_steps_is_found_to_second_order() -> None:
     def error(dt: float) -> float:
         errors = []
         for shift in np.linspace(0.0, 1.0, 7) * dt:
-            found = starts(lambda t: 300.0 * (t + shift) * 10.0 * np.exp(1.0 - 10.0 * (t + shift)), 0.3, dt, WITHIN)
+            found = starts(lambda t, s=shift: 3e3 * (t + s) * np.exp(1.0 - 10.0 * (t + s)), 0.3, dt, WITHIN)
             errors.append(abs(found[0] - (0.1 - shift)))
         return max(errors)
 
