@@ -162,20 +162,24 @@ def _pass_maximum(
     begins where the parabola through the last three tensions is largest, Eq. (100).
     """
     earlier, span = spans
-    any_fires = False
+    found = 0
+    for k in range(tension.size):  # no branches: on vector registers
+        old, was = before.tension[k], before.rising[k]
+        falling, same = tension[k] < old, tension[k] == old
+        found += was & falling & (old > level) & (time - before.start[k] > refractory)
+        after.rising[k] = (same & was) | ((not same) & (not falling))
+        after.slope[k] = (tension[k] - old) / span
+        after.start[k] = before.start[k]
+    if found == 0:
+        return False
     for k in range(tension.size):
-        falling = tension[k] < before.tension[k]
-        fires = before.rising[k] and falling and before.tension[k] > level and time - before.start[k] > refractory
-        after.rising[k] = before.rising[k] if tension[k] == before.tension[k] else not falling
-        slope = (tension[k] - before.tension[k]) / span
-        after.slope[k] = slope
-        begin = time
-        if fires and earlier > 0.0:
-            since = 0.5 * span + 0.5 * (earlier + span) * slope / (slope - max(before.slope[k], 0.0))
-            begin = time - since
-        after.start[k] = begin if fires else before.start[k]
-        any_fires |= fires
-    return any_fires
+        fires = before.rising[k] and tension[k] < before.tension[k] and before.tension[k] > level
+        if not fires or not time - before.start[k] > refractory:
+            continue
+        slope = after.slope[k]
+        since = 0.5 * span + 0.5 * (earlier + span) * slope / (slope - max(before.slope[k], 0.0))
+        after.start[k] = time - since if earlier > 0.0 else time
+    return True
 
 
 def observe_activation(trigger: Trigger, state: TriggerState, activation: Floats, time: float) -> TriggerState:
