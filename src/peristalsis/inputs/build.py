@@ -125,6 +125,8 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         stimuli_circular=like.stimuli_circular if like and same("stimuli") else _listed(c, "circular"),
         network=like.network if like and same("network", "parts") else _network(c, grid),
         binding=binding,
+        corrects_fronts=c.tissue.front_correction == "measured",
+        reconstructs=c.grid.exchange == "reconstructed",
     )
 
 

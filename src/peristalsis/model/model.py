@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -22,7 +23,9 @@ from ..tissue.activation import SHIPPED_ACTIVATION, Activation
 from ..tissue.cell import SHIPPED_CELL, Cell
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
+from ..tissue.front_correction import correction, correction_table
 from ..tissue.records import Tables
+from ..tissue.resolution import front_foot
 from ..tissue.surface import Conductivities, stability_rate
 from ..wall.constants import SurfaceConstants, WallConstants
 from .constants import LumenConstants, PelletConstants
@@ -155,6 +158,13 @@ class ExplicitScheme(NamedTuple):
     contact_stiffness: float
 
 
+class FrontLaw(NamedTuple):
+    """Correction of conduction: cells per foot at stretch 1, and the factors of `tissue.front_correction`."""
+
+    cells_per_foot: float
+    table: Floats
+
+
 @dataclass(frozen=True)
 class Model:
     """Parts and settings of a run. Steps: dt_wall [s] = substeps * dt_cell [ms].
@@ -162,7 +172,8 @@ class Model:
     start_position: pellet centre before t = 0 [cm]. free_radius: of the pellet-free tube at p0 [cm], at the nodes.
     surface, sideways_friction [mN s/cm]: of a wall on the whole surface; None keeps the pellet on the axis.
     explicit: None for the implicit wall. stimuli_longitudinal, stimuli_circular: those at listed times. binding: of the
-    kernels to the chosen law and shape.
+    kernels to the chosen law and shape. corrects_fronts: whether conduction is corrected for the size of the cells,
+    Eq. (85); reconstructs: whether wall and sheets see one another between cells and elements, Eqs. (86)-(88).
     """
 
     grid: Grid
@@ -194,6 +205,16 @@ class Model:
     stimuli_circular: Listed = NO_PULSES
     network: Network | None = None
     binding: Binding = SHIPPED
+    corrects_fronts: bool = False
+    reconstructs: bool = False
+
+    def front_law(self, layer: Layer) -> FrontLaw | None:
+        """How conduction of a layer is corrected for its cells; None where it is not, or its front was not measured."""
+        if not (self.corrects_fronts and layer.conducts and layer.diffusivity > 0.0 and layer.cell is SHIPPED_CELL):
+            return None
+        rate = layer.constants.kinetics_rate
+        foot = front_foot(layer.diffusivity, rate)
+        return FrontLaw(self.grid.cell_size / foot, correction_table(self.dt_cell, rate))
 
     @property
     def dt_cell(self) -> float:
@@ -221,5 +242,10 @@ class Model:
         rate = (layer.leakiness * layer.constants.kinetics_rate + opened) / layer.constants.capacitance
         if layer.conducts:
             decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
-            rate += decay * layer.best_conduction / least
+            best = layer.best_conduction / least
+            law = self.front_law(layer)
+            if law is not None and best > 0.0:
+                # The factor grows more slowly with the cells than conduction falls: the best faces stay the best.
+                best *= correction(law.cells_per_foot / math.sqrt(best), law.table)
+            rate += decay * best
         return explicit_stages(stability_rate(rate, ring_rate), self.dt_cell)
