@@ -20,9 +20,16 @@ from ..numerics.transfer import (
     overlap,
     periodic_interpolation,
     periodic_overlap,
+    reconstruction,
 )
 
 Floats = NDArray[np.float64]
+
+
+SUB_CELLS = 4
+"""Parts of a conduction cell in which the drive of muscle is looked at where it is reconstructed."""
+POTENTIAL_POINTS, STRETCH_POINTS = 5, 4
+"""Cells that a potential is reconstructed from, and elements that a stretch is."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +112,30 @@ class Grid:
     def elements_to_faces(self) -> Overlap:
         """Element values at the n_z - 1 inner faces of the conduction cells, linear between element centres."""
         return interpolation(self._element_centres, self._cell_edges[1:-1])
+
+    @cached_property
+    def cells_to_sub_cells(self) -> Overlap:
+        """Averages over the SUB_CELLS parts of every cell, of a quartic through the averages over five cells."""
+        edges = np.arange(self.n_z * SUB_CELLS + 1) / SUB_CELLS
+        return reconstruction(self.n_z, edges[:-1], edges[1:], POTENTIAL_POINTS)
+
+    @cached_property
+    def sub_cells_to_half_elements(self) -> Overlap:
+        """Averages of values of sub-cells over the halves of the wall elements."""
+        edges = np.linspace(0.0, self.length, self.n_z * SUB_CELLS + 1)
+        return overlap(edges, np.linspace(0.0, self.length, 2 * self.n_z_wall + 1))
+
+    @cached_property
+    def element_averages_to_cells(self) -> Overlap:
+        """Values at the conduction cells, of a cubic through the averages over four elements."""
+        places = self.cells / self.element_size
+        return reconstruction(self.n_z_wall, places, places, STRETCH_POINTS)
+
+    @cached_property
+    def element_averages_to_faces(self) -> Overlap:
+        """Values at the n_z - 1 inner faces of the conduction cells, of a cubic through averages over elements."""
+        places = self._cell_edges[1:-1] / self.element_size
+        return reconstruction(self.n_z_wall, places, places, STRETCH_POINTS)
 
     @cached_property
     def _element_centres(self) -> Floats:

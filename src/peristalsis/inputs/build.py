@@ -127,6 +127,8 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         network=like.network if like and same("network", "parts") else _network(c, grid),
         binding=binding,
         control=StepControl(c.step.tolerance, c.step.halvings) if c.step.control == "error" else None,
+        corrects_fronts=c.tissue.front_correction == "measured",
+        reconstructs=c.grid.exchange == "reconstructed",
     )
 
 

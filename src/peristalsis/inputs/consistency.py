@@ -152,9 +152,28 @@ def _check_grid(config: Configuration) -> None:
             "friction in proportion to contact pressure is there for the axisymmetric wall only",
             "use 0, or grid.n_theta = 1",
         )
+    _check_schemes_of_one_column(config)
     nodes = grid.n_z * columns + grid.n_z_wall * grid.n_theta
     if nodes > LARGEST_GRID:
         _refuse("grid", f"{nodes} nodes", f"at most {LARGEST_GRID} are allowed", "use fewer columns or cells")
+
+
+def _check_schemes_of_one_column(config: Configuration) -> None:
+    """Whether the finer ways of one column, stepped implicitly, are asked for elsewhere."""
+    where = ""
+    if config.grid.n_theta > 1:
+        where = f"grid.n_theta = {config.grid.n_theta}"
+    elif config.solver.integrator == "explicit":
+        where = "solver.integrator = explicit"
+    ways = (
+        ("tissue.front_correction", config.tissue.front_correction, "none"),
+        ("grid.exchange", config.grid.exchange, "averages"),
+    )
+    for key, value, plain in ways:
+        if where and value != plain:
+            _refuse(
+                key, value, f"it is there for one column, stepped implicitly, and {where}", f"use {key} = {plain}"
+            )  # fmt: skip
 
 
 def _check_steps(config: Configuration) -> None:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..numerics.compiled import compiled, inlined
-from ..numerics.transfer import Overlap, average
+from ..numerics.transfer import Overlap, average, average_within
 from ..wall.active import active_tension, unpack_active
 
 
@@ -58,6 +58,38 @@ def conduction_coefficient(
 
 
 @compiled
+def conduction_between_averages(
+    start: np.ndarray, indices: np.ndarray, weights: np.ndarray, scale: float, stretch: np.ndarray, out: np.ndarray
+) -> None:
+    """`conduction_coefficient` of the stretch reconstructed from that of the elements, Eq. (88)."""
+    average_within(Overlap(start, indices, weights), stretch, out)
+    for t in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[t, j] = scale / out[t, j]
+
+
+@compiled
+def correct_front(
+    cells_per_foot: float, spacing: float, table: np.ndarray, scale: float, coefficient: np.ndarray
+) -> None:
+    """Multiply the conduction of every face by the factor for its cells, Eq. (85), in place.
+
+    cells_per_foot: at coefficient = scale, where the stretch is 1; better conduction makes the foot longer. table:
+    factors for 0, spacing, 2 spacing... cells per foot.
+    """
+    per_spacing = cells_per_foot / spacing
+    last = table.size - 1
+    for t in range(coefficient.shape[0]):
+        for j in range(coefficient.shape[1]):
+            if coefficient[t, j] <= 0.0:
+                continue
+            place = per_spacing * math.sqrt(scale / coefficient[t, j])
+            k = min(int(min(place, float(last))), last - 1)
+            share = min(place - k, 1.0)
+            coefficient[t, j] *= table[k] + share * (table[k + 1] - table[k])
+
+
+@compiled
 def drive_of_layer(
     start: np.ndarray,
     indices: np.ndarray,
@@ -76,6 +108,16 @@ def drive_of_layer(
         for j in range(n_theta):
             source[cell, j] = factor[cell * n_theta + j] * driven[cell, j]
     average(Overlap(start, indices, weights), source, out)
+
+
+@compiled
+def level_elements(halves: np.ndarray) -> None:
+    """Give both halves of every element their mean, (2 * n_z_wall, n_theta), in place, Eq. (87)."""
+    for e in range(halves.shape[0] // 2):
+        for j in range(halves.shape[1]):
+            mean = 0.5 * (halves[2 * e, j] + halves[2 * e + 1, j])
+            halves[2 * e, j] = mean
+            halves[2 * e + 1, j] = mean
 
 
 @compiled

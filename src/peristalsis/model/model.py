@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -22,7 +23,9 @@ from ..tissue.activation import SHIPPED_ACTIVATION, Activation
 from ..tissue.cell import SHIPPED_CELL, Cell
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
+from ..tissue.front_correction import correction, correction_table
 from ..tissue.records import Tables
+from ..tissue.resolution import front_foot
 from ..tissue.surface import Conductivities, stability_rate
 from ..wall.constants import SurfaceConstants, WallConstants
 from .constants import LumenConstants, PelletConstants
@@ -162,6 +165,13 @@ class StepControl(NamedTuple):
     halvings: int
 
 
+class FrontLaw(NamedTuple):
+    """Correction of conduction: cells per foot at stretch 1, and the factors of `tissue.front_correction`."""
+
+    cells_per_foot: float
+    table: Floats
+
+
 @dataclass(frozen=True)
 class Model:
     """Parts and settings of a run. Steps: dt_wall [s] = substeps * dt_cell [ms].
@@ -170,7 +180,8 @@ class Model:
     surface, sideways_friction [mN s/cm]: of a wall on the whole surface; None keeps the pellet on the axis.
     control: of the length of the steps, of which dt_wall is then the longest; None keeps them as long as that.
     explicit: None for the implicit wall. stimuli_longitudinal, stimuli_circular: those at listed times. binding: of the
-    kernels to the chosen law and shape.
+    kernels to the chosen law and shape. corrects_fronts: whether conduction is corrected for the size of the cells,
+    Eq. (85); reconstructs: whether wall and sheets see one another between cells and elements, Eqs. (86)-(88).
     """
 
     grid: Grid
@@ -203,12 +214,22 @@ class Model:
     network: Network | None = None
     binding: Binding = SHIPPED
     control: StepControl | None = None
+    corrects_fronts: bool = False
+    reconstructs: bool = False
 
     @cached_property
     def finer(self) -> Model:
         """The model with steps half as long; those of the cells stay as they are where they can."""
         parts = self.substeps // 2 if self.substeps % 2 == 0 else self.substeps
         return replace(self, dt_wall=0.5 * self.dt_wall, substeps=parts)
+
+    def front_law(self, layer: Layer) -> FrontLaw | None:
+        """How conduction of a layer is corrected for its cells; None where it is not, or its front was not measured."""
+        if not (self.corrects_fronts and layer.conducts and layer.diffusivity > 0.0 and layer.cell is SHIPPED_CELL):
+            return None
+        rate = layer.constants.kinetics_rate
+        foot = front_foot(layer.diffusivity, rate)
+        return FrontLaw(self.grid.cell_size / foot, correction_table(self.dt_cell, rate))
 
     @property
     def dt_cell(self) -> float:
@@ -236,5 +257,10 @@ class Model:
         rate = (layer.leakiness * layer.constants.kinetics_rate + opened) / layer.constants.capacitance
         if layer.conducts:
             decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
-            rate += decay * layer.best_conduction / least
+            best = layer.best_conduction / least
+            law = self.front_law(layer)
+            if law is not None and best > 0.0:
+                # The factor grows more slowly with the cells than conduction falls: the best faces stay the best.
+                best *= correction(law.cells_per_foot / math.sqrt(best), law.table)
+            rate += decay * best
         return explicit_stages(stability_rate(rate, ring_rate), self.dt_cell)

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.grid import SUB_CELLS, Grid
+from ..numerics.transfer import average
 from .model import Layer
 from .state import SheetState
 
@@ -22,6 +24,25 @@ def drive_of_cells(layer: Layer, sheet: SheetState) -> Floats:
         potential, _calcium(layer, sheet), layer.calcium_scale, states, layer.activation_constants, out
     )
     return out.reshape(sheet.potential.shape)
+
+
+def drive_of_sub_cells(layer: Layer, sheet: SheetState, grid: Grid) -> Floats:
+    """Drive [mV] of the parts of the cells of a layer, (n_z * SUB_CELLS, n_theta), Eq. (86).
+
+    Where the activation follows from the potential alone, it is that of the potential reconstructed within the cells.
+    Calcium and states of muscle are known for whole cells: the parts of a cell then have the drive of the cell.
+    """
+    activation = layer.activation
+    if activation.reads_calcium or activation.states:
+        return np.repeat(drive_of_cells(layer, sheet), SUB_CELLS, axis=0)
+    fine = np.empty((sheet.potential.shape[0] * SUB_CELLS, sheet.potential.shape[1]))
+    average(grid.cells_to_sub_cells, sheet.potential, fine)
+    potential, out = fine.ravel(), np.empty(fine.size)
+    states = np.empty((0, fine.size))
+    activation.kernels.drive_of_cells(
+        potential, potential, layer.calcium_scale, states, layer.activation_constants, out
+    )
+    return out.reshape(fine.shape)
 
 
 def resting_muscle(layer: Layer, sheet: SheetState) -> SheetState:

@@ -51,6 +51,31 @@ def interpolation(source: Floats, target: Floats) -> Overlap:
     )
 
 
+def reconstruction(sources: int, low: Floats, high: Floats, points: int) -> Overlap:
+    """Weights from averages over equal cells to averages over other stretches, or to values where low = high.
+
+    low, high: ends of the stretches, in cells from the first edge. Each sees the polynomial of degree points - 1 whose
+    averages over the `points` cells nearest its middle are theirs. With an odd number, all stretches within a cell see
+    one polynomial, and the cell's own average is kept; with an even number, values between two centres do.
+    """
+    points = min(points, sources)
+    middle = 0.5 * (low + high)
+    left = np.floor(middle - 0.5 * (1 - points % 2) + 1e-9) - (points - 1) // 2
+    first = np.clip(left, 0, sources - points).astype(np.int64)
+    powers, cells = np.arange(points), np.arange(points)
+    # Rows: the averages of t^p over the cells of a stencil; the weights reproduce those of the target.
+    moments = ((cells + 1.0) ** (powers[:, None] + 1) - cells ** (powers[:, None] + 1.0)) / (powers[:, None] + 1)
+    a, b = (low - first)[:, None], (high - first)[:, None]
+    # (b^(p+1) - a^(p+1)) / (b - a) as a sum, which holds where the ends meet.
+    wanted = np.stack([sum(a**k * b ** (p - k) for k in range(p + 1))[:, 0] / (p + 1) for p in powers], axis=1)
+    weights = np.linalg.solve(moments, wanted.T).T
+    return Overlap(
+        points * np.arange(low.size + 1, dtype=np.int64),
+        (first[:, None] + cells).ravel().astype(np.int64),
+        np.ascontiguousarray(weights).ravel(),
+    )
+
+
 def periodic_overlap(sources: int, targets: int) -> Overlap:
     """Weights that turn averages over equal source cells into averages over equal target cells of a closed ring.
 
@@ -104,6 +129,20 @@ def average(weights: Overlap, source: np.ndarray, target: np.ndarray) -> None:
             for k in range(weights.start[t], weights.start[t + 1]):
                 total += weights.weights[k] * source[weights.indices[k], j]
             target[t, j] = total
+
+
+@compiled
+def average_within(weights: Overlap, source: np.ndarray, target: np.ndarray) -> None:
+    """`average` with the weights of a `reconstruction`, kept between the least and the largest value that it uses."""
+    for t in range(target.shape[0]):
+        for j in range(target.shape[1]):
+            total, least, most = 0.0, np.inf, -np.inf
+            for k in range(weights.start[t], weights.start[t + 1]):
+                value = source[weights.indices[k], j]
+                total += weights.weights[k] * value
+                least = min(least, value)
+                most = max(most, value)
+            target[t, j] = min(max(total, least), most)
 
 
 @compiled

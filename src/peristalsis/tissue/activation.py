@@ -41,6 +41,11 @@ class Activation:
         states: tuple[tuple[str, float, float], ...] = self.kernels.STATES
         return states
 
+    @property
+    def reads_calcium(self) -> bool:
+        """Whether its drive follows from calcium."""
+        return bool(self.kernels.READS_CALCIUM)
+
     def __reduce__(self) -> tuple[Any, ...]:
         return activation_of, (self.name, *self.binding.exchanged.values())
 

@@ -41,6 +41,8 @@ WITHOUT_EFFECT = ("run.checkpoint",)
 
 
 SLOTS = tuple(choices.SLOTS)
+LATER = {"tissue.front_correction": "none", "grid.exchange": "averages"}
+"""Choices that earlier versions did not have, and how they made them."""
 """Parameters that choose a part; where they choose the shipped one the digest is as without them."""
 ENDS = ("run.duration", "run.stop_when_expelled", "run.stop_when_arrested", "run.stop_position")
 """Parameters that say when a run ends, and change nothing before."""
@@ -300,6 +302,7 @@ class Configuration(Sections):
         without = (*without, *(key for key in SLOTS if ours[key] == PARAMETERS[key].value))
         if not self.network.enabled:
             without = (*without, *(key for key in ours if key.startswith("network.")))
+        without = (*without, *(key for key, first in LATER.items() if ours[key] == first))
         if self.trigger.gate == "none":
             without = (*without, *(key for key in ours if key.startswith("trigger.gate")))
         if self.step.control == "fixed":

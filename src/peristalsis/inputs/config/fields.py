@@ -152,6 +152,7 @@ class Tissue(Section):
     capacitance: float = parameter("tissue.capacitance", gt=0, le=1000)
     volume_to_surface: float = parameter("tissue.volume_to_surface", gt=0, le=10)
     kinetics_rate: float = parameter("tissue.kinetics_rate", gt=0, le=100)
+    front_correction: Literal["none", "measured"] = parameter("tissue.front_correction")
 
 
 class Cell(Section):
@@ -250,6 +251,7 @@ class Grid(Section):
     n_z_wall: int = parameter("grid.n_z_wall", ge=8, le=20_000)
     n_theta: int = parameter("grid.n_theta", ge=1, le=4096)
     n_theta_conduction: int = parameter("grid.n_theta_conduction", ge=0, le=4096)
+    exchange: Literal["averages", "reconstructed"] = parameter("grid.exchange")
 
     @property
     def conduction_columns(self) -> int:

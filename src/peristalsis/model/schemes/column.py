@@ -7,19 +7,31 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ...geometry.grid import SUB_CELLS
 from ...numerics.compiled import compiled
 from ...numerics.rates import rate_formula
-from ...numerics.transfer import average
+from ...numerics.transfer import average, average_within
+from ...tissue.front_correction import SPACING
 from ...wall.membrane import LARGEST_STRETCH, SMALLEST_STRETCH
 from ..arrays import NewWall
 from ..balance import Work, momentum_from, work_from
 from ..bookkeeping import ContactSummary, StepNumbers, numbers_of_step, touch, wall_work
 from ..constants import packed
-from ..exchange import active_force, conduction_coefficient, drive_of_layer, stretch_ahead, stretches_receptors
+from ..exchange import (
+    active_force,
+    active_force_at,
+    conduction_between_averages,
+    conduction_coefficient,
+    correct_front,
+    drive_of_layer,
+    level_elements,
+    stretch_ahead,
+    stretches_receptors,
+)
 from ..fields import axial_tension_of_elements, stretch_of_elements
 from ..friction import dry_friction_now
 from ..model import Layer, Model
-from ..muscle import drive_of_cells
+from ..muscle import drive_of_cells, drive_of_sub_cells
 from ..problem import workspace
 from ..ranges import stretches_outside
 from ..scheme import Ahead, Conduction, Solved, StepSummary
@@ -33,6 +45,15 @@ Floats = NDArray[np.float64]
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
     """Force factor times drive [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
     out = np.empty((2 * model.grid.n_z_wall, 1))
+    if model.reconstructs:
+        factor = np.repeat(layer.force_of_cells, SUB_CELLS)
+        drive_of_layer(
+            *model.grid.sub_cells_to_half_elements, drive_of_sub_cells(layer, sheet, model.grid), factor, out
+        )
+        if layer is model.longitudinal:
+            # The stretch and its rate along the muscle belong to a whole element, and so does what pulls there.
+            level_elements(out)
+        return out
     drive_of_layer(*model.grid.cells_to_half_elements, drive_of_cells(layer, sheet), layer.force_of_cells, out)
     return out
 
@@ -51,9 +72,15 @@ def conduction(model: Model, layer: Layer, ahead: Ahead) -> Conduction:
     found = np.empty((grid.n_z - 1 if layer.conducts else 0, 1))
     if layer.conducts:
         scale = layer.diffusivity * 1e-3 / (24.0 * grid.cell_size) ** 2
-        conduction_coefficient(*grid.elements_to_faces, scale, ahead.axial, found)
+        if model.reconstructs:
+            conduction_between_averages(*grid.element_averages_to_faces, scale, ahead.axial, found)
+        else:
+            conduction_coefficient(*grid.elements_to_faces, scale, ahead.axial, found)
         if not isinstance(layer.conductivity, float):
             found *= layer.conductivity
+        law = model.front_law(layer)
+        if law is not None:
+            correct_front(law.cells_per_foot, SPACING, law.table, scale, found)
     return Conduction(found)
 
 
@@ -113,6 +140,10 @@ def trigger_force(model: Model, sheet: SheetState, wall: WallState) -> Floats:
     cells = np.empty_like(sheet.potential)
     driven, muscle = drive_of_cells(model.longitudinal, sheet), np.array(model.wall.longitudinal)
     size = model.wall.element_size
+    if model.reconstructs:
+        average_within(model.grid.element_averages_to_cells, stretch_of_elements(wall.position, size), cells)
+        active_force_at(cells, driven, muscle, cells)
+        return cells
     active_force(*model.grid.elements_to_cells, wall.position, size, driven, muscle, cells)
     return cells
 
