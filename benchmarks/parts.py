@@ -10,7 +10,7 @@ from typing import Any
 
 from .clock import Spent
 
-SOLVER = {"solver": ("model.guards", "advance_safely")}
+SOLVER = {"solver": ("model.stepping", "advance_run")}
 STEP = {
     "conduction": ("model.sheets", "advance_layer"),
     "wall": ("model.step", "_solve_wall"),

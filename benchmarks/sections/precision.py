@@ -84,7 +84,23 @@ def series(full: bool) -> dict[str, list[tuple[str, Changes]]]:
             for f in ((0.25, 0.5, 2.0) if full else (0.5,))
         ],
     }
+    found["steps by error"] = [
+        (f"steps by error, up to {longest:g} ms", _by_error(longest))
+        for longest in ((2.0, 4.0, 8.0) if full else (8.0,))
+    ]
     return found
+
+
+def _by_error(longest: float) -> Changes:
+    """Steps up to this length [ms], an eighth of it where it must be; their tolerance goes with its square."""
+    return {
+        "step.control": "error",
+        "step.conduction": "1 ms",
+        "step.longest": f"{longest!r} ms",
+        "step.shortest": f"{0.125 * longest!r} ms",
+        "step.tolerance": f"{0.005 * (longest / 8.0) ** 2!r} cm",
+        "trigger.timing": "within",
+    }
 
 
 def _steps(wall: float, cell: float) -> Changes:

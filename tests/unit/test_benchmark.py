@@ -211,15 +211,15 @@ def test_kernel_is_counted() -> None:
 
 def test_parts_are_clocked_and_put_back() -> None:
     from peristalsis import scenarios
-    from peristalsis.model import guards, sheets
+    from peristalsis.model import sheets, stepping
 
     names = {**SOLVER, **STEP}
-    before = guards.advance_safely, sheets.advance_layer
+    before = stepping.advance_run, sheets.advance_layer
     run = Simulation(scenarios.configuration("baseline", changes={"grid.n_z": 200, "grid.n_z_wall": 100}))
     run.advance("2 ms")
     with clocked(SOLVER) as whole, clocked(STEP) as parts:
         run.advance("20 ms")
-    assert (guards.advance_safely, sheets.advance_layer) == before
+    assert (stepping.advance_run, sheets.advance_layer) == before
     assert set(whole) | set(parts) == set(names)
     inside = sum(one.wall for one in parts.values())
     assert 0.2 * whole["solver"].wall < inside < whole["solver"].wall, "these are most of a step, and within it"
