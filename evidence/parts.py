@@ -55,15 +55,13 @@ class Numerics(NamedTuple):
         return f"{self.cells}/{self.elements}, {self.wall:g}/{self.conduction:g} ms"
 
 
-REFERENCE = Numerics(4000, 3200, 0.5, 0.25)
+REFERENCE = Numerics(2800, 2400, 0.5, 0.25)
 SHIPPED = Numerics(1000, 800, 2.0, 0.25, corrected=False, reconstructed=False)
 SETS = {
     "plain": SHIPPED,
-    "plain, longer steps": SHIPPED._replace(wall=4.0, conduction=1.0),
     "finer ways": Numerics(700, 600, 4.0, 1.0),
     "finer ways, 2 ms": Numerics(700, 600, 2.0, 1.0),
     "finer ways, coarse": Numerics(600, 500, 4.0, 1.0),
-    "finer ways, fine": Numerics(1400, 1200, 2.0, 0.5),
 }
 WITHOUT = {
     "both": SETS["finer ways"],
