@@ -35,6 +35,10 @@ THREE_POINT_ERROR = (1.3, 0.48, 2.5)
 """Cells of the explicit scheme of 0.48 foot lengths slow the wave by 1.3 %, with the power 2.5 of their size."""
 ELEMENT_ERROR = (1.5, 1.2, 2.0)
 """Wall elements of 1.2 foot lengths change it by 1.5 %, with the second power."""
+CORRECTED_CELL_ERROR = (1.6, 1.6, 3.5)
+"""Cells of 1.6 foot lengths change it by 1.6 % where fronts are corrected and fields reconstructed, Eqs. (85)-(88)."""
+RECONSTRUCTED_ELEMENT_ERROR = (0.4, 1.2, 3.2)
+"""Wall elements of 1.2 foot lengths change it by 0.4 % where fields are reconstructed."""
 MEASURED_RANGE = 5.0
 """Beyond this [%] the laws are no longer those that were measured, and the warning names no number."""
 ACCEPTED = 1.0
@@ -52,6 +56,21 @@ def foot_length(configuration: Configuration, layer: str) -> float:
     spread = diffusivity(configuration, part, configuration.capacitance_of(layer)) / MEASURED_DIFFUSIVITY
     pace = configuration.tissue.kinetics_rate / MEASURED_RATE
     return MEASURED_DIFFUSIVITY / MEASURED_SPEED * math.sqrt(spread / pace)
+
+
+def error_laws(configuration: Configuration) -> tuple[tuple[str, int, tuple[float, float, float], str], ...]:
+    """Key and count of both grids along z, the law of the error that they make, and what they are made of."""
+    cells, elements = CELL_ERROR, ELEMENT_ERROR
+    if configuration.solver.integrator == "explicit":
+        cells = THREE_POINT_ERROR
+    elif configuration.grid.exchange == "reconstructed":
+        elements = RECONSTRUCTED_ELEMENT_ERROR
+        if configuration.tissue.front_correction == "measured":
+            cells = CORRECTED_CELL_ERROR
+    return (
+        ("grid.n_z", configuration.grid.n_z, cells, "conduction cells"),
+        ("grid.n_z_wall", configuration.grid.n_z_wall, elements, "wall elements"),
+    )
 
 
 def expected_error(size: float, foot: float, law: tuple[float, float, float]) -> float:
@@ -305,17 +324,12 @@ def _grids(configuration: Configuration) -> list[str]:
     """Warnings about grids too coarse for the wave."""
     found = []
     length = configuration.wall.length
-    cells = THREE_POINT_ERROR if configuration.solver.integrator == "explicit" else CELL_ERROR
-    grids = (
-        ("grid.n_z", configuration.grid.n_z, cells, "conduction cells"),
-        ("grid.n_z_wall", configuration.grid.n_z_wall, ELEMENT_ERROR, "wall elements"),
-    )
     conducting = [
         layer
         for layer, part in (("longitudinal", configuration.longitudinal), ("circular", configuration.circular))
         if part.conduction
     ]
-    for key, count, law, what in grids:
+    for key, count, law, what in error_laws(configuration):
         if not conducting:
             break
         foot = min(foot_length(configuration, layer) for layer in conducting)

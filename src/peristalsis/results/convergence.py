@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..inputs.config import Configuration
-from ..inputs.preflight import ACCEPTED, CELL_ERROR, ELEMENT_ERROR, THREE_POINT_ERROR, expected_error, foot_length
+from ..inputs.preflight import ACCEPTED, error_laws, expected_error, foot_length
 from ..inputs.shape import shape_of
 from ..model.inflation import LOPSIDED
 from ..model.model import ACTIVATION_LEVEL, Model
@@ -175,7 +175,6 @@ def _stretched_front(configuration: Configuration, arrays: Mapping[str, Any]) ->
     times, z = arrays["time"], arrays["z_cell"]
     stretch = _stretch(arrays)
     middles = 0.5 * (arrays["z"][1:] + arrays["z"][:-1])
-    cells = THREE_POINT_ERROR if configuration.solver.integrator == "explicit" else CELL_ERROR
     for layer, part in (("longitudinal", configuration.longitudinal), ("circular", configuration.circular)):
         if not part.conduction:
             continue
@@ -187,10 +186,7 @@ def _stretched_front(configuration: Configuration, arrays: Mapping[str, Any]) ->
         element = np.clip(np.searchsorted(middles, z[reached]), 0, middles.size - 1)
         there = stretch[frame, element]
         foot = foot_length(configuration, layer)
-        for key, count, law in (
-            ("grid.n_z", configuration.grid.n_z, cells),
-            ("grid.n_z_wall", configuration.grid.n_z_wall, ELEMENT_ERROR),
-        ):
+        for key, count, law, _ in error_laws(configuration):
             flat = expected_error(length / count, foot, law)
             error = flat * float(np.mean(there ** (0.5 * law[2])))
             if flat <= ACCEPTED < error:
