@@ -274,6 +274,13 @@ def test_a_file_knows_no_text_switches(value: object) -> None:
         ({"grid.n_z": 20_001}, "at most 20000"),
         ({"grid.n_theta": 3}, r"grid\.n_theta = 3: too few columns for a ring; use 1 \(axisymmetric\) or at least 4"),
         ({"grid.n_theta_conduction": 64}, r"grid\.n_theta = 1 is the axisymmetric model; use 0"),
+        ({"grid.n_theta_wall": 4}, r"grid\.n_theta = 1 is the axisymmetric model; use 0"),
+        ({"grid.n_theta": 16, "grid.n_theta_wall": 3}, r"too few columns for a ring; use 0, or at least 4"),
+        ({"grid.n_theta": 64, "grid.n_theta_wall": 24}, r"does not divide grid\.n_theta = 64.*; use 16"),
+        (
+            {"grid.n_theta": 16, "grid.n_theta_wall": 8, "grid.n_theta_conduction": 36},
+            r"not a multiple of grid\.n_theta_wall = 8; use 32, or 0",
+        ),
         ({"grid.n_theta": 8, "grid.n_theta_conduction": 30}, r"not a multiple of grid\.n_theta = 8; use 32, or 0"),
         ({"grid.n_theta": 8, "pellet.friction_coefficient": 0.3}, "for the axisymmetric wall only"),
         ({"rings.positions": ["2 cm", "-1 cm"]}, r"rings\.positions = '-1\.0 cm': out of range"),

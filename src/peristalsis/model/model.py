@@ -19,10 +19,12 @@ from ..numerics.binding import SHIPPED, Binding
 from ..numerics.stabilised import coefficients, stages_for
 from ..pellet.friction import CONSTANT, FrictionLaw
 from ..tissue.activation import SHIPPED_ACTIVATION, Activation
+from ..tissue.bidomain import FULL, Elliptic
 from ..tissue.cell import SHIPPED_CELL, Cell
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
 from ..tissue.records import Tables
+from ..tissue.resolution import conduction_factor, front_foot
 from ..tissue.surface import Conductivities, stability_rate
 from ..wall.constants import SurfaceConstants, WallConstants
 from .constants import LumenConstants, PelletConstants
@@ -64,6 +66,7 @@ class Layer:
     cell, a NamedTuple of its own class.
     activation: what makes the drive of the muscle, with constants of its own, None for those of the threshold.
     calcium_state: row of the cell's calcium, -1 where none is read; calcium_scale: from its unit to uM.
+    front_corrected: whether conduction between coarse cells is raised to the exact speed of fronts, Eq. (95).
     """
 
     conductances: Floats
@@ -81,6 +84,18 @@ class Layer:
     muscle_constants: Any = None
     calcium_state: int = -1
     calcium_scale: float = 1.0
+    front_corrected: bool = False
+
+    def raised(self, resistance: Floats, cell_size: float, around: bool = False) -> Floats:
+        """Resistance of faces as the correction of the front leaves it, Eq. (95).
+
+        resistance: stretch over the factor on conductivity. cell_size: along z, or around the ring [cm].
+        """
+        if not self.front_corrected:
+            return resistance
+        share = self.conductivities.effective_around / self.conductivities.effective_axial if around else 1.0
+        foot = front_foot(self.diffusivity * share, self.constants.kinetics_rate)
+        return np.asarray(resistance / conduction_factor(cell_size / foot * np.sqrt(resistance)))
 
     @cached_property
     def activation_constants(self) -> Any:
@@ -162,7 +177,7 @@ class Model:
     start_position: pellet centre before t = 0 [cm]. free_radius: of the pellet-free tube at p0 [cm], at the nodes.
     surface, sideways_friction [mN s/cm]: of a wall on the whole surface; None keeps the pellet on the axis.
     explicit: None for the implicit wall. stimuli_longitudinal, stimuli_circular: those at listed times. binding: of the
-    kernels to the chosen law and shape.
+    kernels to the chosen law and shape. elliptic: of the bidomain on the whole surface.
     """
 
     grid: Grid
@@ -194,6 +209,7 @@ class Model:
     stimuli_circular: Listed = NO_PULSES
     network: Network | None = None
     binding: Binding = SHIPPED
+    elliptic: Elliptic = FULL
 
     @property
     def dt_cell(self) -> float:
@@ -221,5 +237,6 @@ class Model:
         rate = (layer.leakiness * layer.constants.kinetics_rate + opened) / layer.constants.capacitance
         if layer.conducts:
             decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
-            rate += decay * layer.best_conduction / least
+            most_conducting = layer.raised(np.array(least / layer.best_conduction), self.grid.cell_size)
+            rate += decay / float(most_conducting)
         return explicit_stages(stability_rate(rate, ring_rate), self.dt_cell)

@@ -7,6 +7,7 @@ the ring alone. Without any it vanishes exactly, and the sheet is the cable of E
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,16 @@ ROUNDING = 4.0 * 2.0**-52
 """Right-hand sides below what this relative change of the potential would make are rounding, and count as zero."""
 LARGEST_RING_WEIGHT = 56.0**2
 """Largest eigenvalue of the ring's stencil times (24 ds)^2."""
+
+
+class Elliptic(NamedTuple):
+    """How the elliptic problem of a layer is solved: to this residual, or not at all (pseudo-bidomain, Eq. (96))."""
+
+    tolerance: float = TOLERANCE
+    pseudo: bool = False
+
+
+FULL = Elliptic()
 
 
 class EllipticError(ArithmeticError):
@@ -260,7 +271,14 @@ def surface_operator(
     sizes: SurfaceSizes,
     axial_stretch: Floats,
     hoop_stretch: Floats,
+    elliptic: Elliptic = FULL,
 ) -> SurfaceOperator:
-    """The operator of a layer: Eq. (11) with equal anisotropy, where (6) reduces to it, and the bidomain otherwise."""
-    make = Monodomain if conductivities.mismatch == 0.0 else Bidomain
-    return make(diffusivity, conductivities, sizes, axial_stretch, hoop_stretch)
+    """The operator of a layer: Eq. (11) with equal anisotropy, where (6) reduces to it, and the bidomain otherwise.
+
+    elliptic: how the bidomain is solved, or that the monodomain of the same series conductivities takes its place.
+    """
+    if conductivities.mismatch == 0.0:
+        return Monodomain(diffusivity, conductivities, sizes, axial_stretch, hoop_stretch)
+    if elliptic.pseudo:
+        return Monodomain(diffusivity, conductivities.alike, sizes, axial_stretch, hoop_stretch)
+    return Bidomain(diffusivity, conductivities, sizes, axial_stretch, hoop_stretch, elliptic.tolerance)

@@ -48,6 +48,13 @@ class Conductivities(NamedTuple):
         return self.inner_around * self.outer_around / (self.inner_around + self.outer_around)
 
     @property
+    def alike(self) -> Conductivities:
+        """Media of equal anisotropy with the same series conductivities: what the pseudo-bidomain takes, Eq. (96)."""
+        inner, outer = self.inner_axial, self.outer_axial
+        around = self.effective_around / self.effective_axial
+        return Conductivities(inner, outer, inner * around, outer * around)
+
+    @property
     def mismatch(self) -> float:
         """k_z (g_is + g_os) - g_is: what drives the extracellular correction (37); zero with equal anisotropy."""
         if self.inner_axial * self.outer_around == self.inner_around * self.outer_axial:

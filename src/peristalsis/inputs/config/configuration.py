@@ -42,6 +42,8 @@ WITHOUT_EFFECT = ("run.checkpoint",)
 
 SLOTS = tuple(choices.SLOTS)
 """Parameters that choose a part; where they choose the shipped one the digest is as without them."""
+LATER = ("tissue.front_correction", "tissue.bidomain", "solver.elliptic_tolerance", "grid.n_theta_wall")
+"""Choices of numerics at whose shipped value a run is what it was before there were any: so is its digest."""
 ENDS = ("run.duration", "run.stop_when_expelled", "run.stop_when_arrested", "run.stop_position")
 """Parameters that say when a run ends, and change nothing before."""
 
@@ -297,7 +299,7 @@ class Configuration(Sections):
         """
         without = WITHOUT_EFFECT if ends else (*WITHOUT_EFFECT, *ENDS)
         ours = self.flat()
-        without = (*without, *(key for key in SLOTS if ours[key] == PARAMETERS[key].value))
+        without = (*without, *(key for key in (*SLOTS, *LATER) if ours[key] == PARAMETERS[key].value))
         if not self.network.enabled:
             without = (*without, *(key for key in ours if key.startswith("network.")))
         if self.trigger.gate == "none":

@@ -51,13 +51,10 @@ def _operator(model: Model, layer: Layer, stretch: Stretches) -> SurfaceOperator
     with np.errstate(divide="ignore"):  # where a region blocks conduction the resistance is infinite
         along = grid.elements_at_faces(stretch.axial) / layer.conductivity
         around = grid.nodes_at_ring_faces(stretch.hoop) / layer.conductivity_around
-    return surface_operator(
-        layer.diffusivity,
-        layer.conductivities,
-        SurfaceSizes(grid.cell_size, grid.column_width(model.wall.radius)),
-        along,
-        around,
-    )
+    sizes = SurfaceSizes(grid.cell_size, grid.column_width(model.wall.radius))
+    along = layer.raised(along, sizes.axial)
+    around = layer.raised(around, sizes.around, around=True)
+    return surface_operator(layer.diffusivity, layer.conductivities, sizes, along, around, model.elliptic)
 
 
 def solve_wall(
