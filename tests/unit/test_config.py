@@ -274,6 +274,7 @@ def test_a_file_knows_no_text_switches(value: object) -> None:
         ({"grid.n_z": 20_001}, "at most 20000"),
         ({"grid.n_theta": 3}, r"grid\.n_theta = 3: too few columns for a ring; use 1 \(axisymmetric\) or at least 4"),
         ({"grid.n_theta_conduction": 64}, r"grid\.n_theta = 1 is the axisymmetric model; use 0"),
+        ({"tissue.front_correction": "measured"}, r"grid\.n_theta = 1 is one column; use none, or more columns"),
         ({"grid.n_theta_wall": 4}, r"grid\.n_theta = 1 is the axisymmetric model; use 0"),
         ({"grid.n_theta": 16, "grid.n_theta_wall": 3}, r"too few columns for a ring; use 0, or at least 4"),
         ({"grid.n_theta": 64, "grid.n_theta_wall": 24}, r"does not divide grid\.n_theta = 64.*; use 16"),

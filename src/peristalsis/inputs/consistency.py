@@ -148,6 +148,13 @@ def _check_grid(config: Configuration) -> None:
             cause = f"it is not a multiple of {key} = {wall}"
             fix = f"use {wall * max(1, round(columns / wall))}, or 0 for as many as grid.n_theta"
         _refuse("grid.n_theta_conduction", str(columns), cause, fix)
+    if grid.n_theta == 1 and config.tissue.front_correction != "none":
+        _refuse(
+            "tissue.front_correction",
+            config.tissue.front_correction,
+            "it is there for the sheets of the whole surface, and grid.n_theta = 1 is one column",
+            "use none, or more columns",
+        )
     if grid.n_theta > 1 and config.pellet.friction_coefficient > 0.0:
         _refuse(
             "pellet.friction_coefficient",

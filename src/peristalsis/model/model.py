@@ -24,7 +24,7 @@ from ..tissue.cell import SHIPPED_CELL, Cell
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
 from ..tissue.records import Tables
-from ..tissue.resolution import conduction_factor, front_foot
+from ..tissue.resolution import front_foot, raised_resistance
 from ..tissue.surface import Conductivities, stability_rate
 from ..wall.constants import SurfaceConstants, WallConstants
 from .constants import LumenConstants, PelletConstants
@@ -95,7 +95,7 @@ class Layer:
             return resistance
         share = self.conductivities.effective_around / self.conductivities.effective_axial if around else 1.0
         foot = front_foot(self.diffusivity * share, self.constants.kinetics_rate)
-        return np.asarray(resistance / conduction_factor(cell_size / foot * np.sqrt(resistance)))
+        return raised_resistance(resistance, cell_size / foot)
 
     @cached_property
     def activation_constants(self) -> Any:

@@ -169,15 +169,15 @@ class Bidomain:
         """Bound on what fluxes around the ring add to the largest decay rate along z [1/ms]."""
         return self._monodomain.ring_rate
 
-    def apply(self, padded: Floats, rate: Floats) -> None:
+    def apply(self, padded: Floats, rate: Floats, low: int, high: int) -> None:
         """Conduction of the potential into `rate` [mV/ms]; see `surface.SurfaceOperator`. Raises EllipticError."""
         inside = self._inside(padded)
         correction = self.correction(inside)
         if correction is None:
-            self._monodomain.apply(padded, rate)
+            self._monodomain.apply(padded, rate, low, high)
             return
         np.add(inside, correction, out=self._inside(self._sum))
-        self._monodomain.apply(self._sum, rate)
+        self._monodomain.apply(self._sum, rate, low, high)
 
     def correction(self, potential: Floats) -> Floats | None:
         """u of Eq. (37) [mV] for a flattened potential, mean zero; None where it vanishes."""
@@ -256,7 +256,7 @@ class Bidomain:
             self.solves += 1
             before, product = product, _dot(residual, ahead)
             _turn(inside, ahead, product / before if iteration > 0 else 0.0)
-            diffuse_surface(self._search, self.along, self._around_both, image)
+            diffuse_surface(self._search, self.along, self._around_both, image, 0, self.shape[0])
             np.negative(image, out=image)
             _move(solution, residual, inside, image, product / _dot(inside, image))
         raise EllipticError(

@@ -1,4 +1,4 @@
-"""How much too slow a front runs on cells that are coarse for it: a measured law, for warnings before a run.
+"""How much too slow a front runs on cells that are coarse for it: a measured law, for warnings and for a correction.
 
 A front's speed on a grid depends on one number, the cell size over the length of its foot, D/c, since D and the cell
 size enter conduction through D/h^2 alone. So one table serves both layers, both directions and every stretch.
@@ -11,6 +11,8 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ..numerics.compiled import compiled
 
 Floats = NDArray[np.float64]
 
@@ -25,6 +27,8 @@ RELATIVE_SPEED = (
     *(0.8528, 0.8062, 0.7338, 0.6699, 0.5662, 0.4876, 0.4265, 0.3375, 0.2738, 0.2187),
 )
 """Speed of a plane front of the resting tissue on a ring of such cells, over the converged speed; dt = 0.25 ms."""
+SPACING = 0.01
+"""Of the table of the correction [feet]."""
 BLOCKED = 12.5
 """Cells of this many feet stop the front: it runs at 12 and not at 13, whatever the stimulus."""
 
@@ -52,21 +56,39 @@ def columns_for_speed(radius: float, foot: float, error: float = 0.01) -> int:
 
 
 @cache
-def _correction_law() -> tuple[Floats, Floats]:
-    """Logarithms of (cell over foot of the true conduction) and of (conduction_factor - 1) where the table ends."""
-    cells, speed = np.array(CELLS_PER_FOOT[1:]), np.array(RELATIVE_SPEED[1:])
-    return np.log(cells / speed), np.log(1.0 / speed**2 - 1.0)
+def excess_conduction() -> Floats:
+    """(f - 1)/q^4 at q = 0, SPACING, 2 SPACING ...: f of Eq. (95), on cells of q feet; to the end of the measured law.
 
-
-def conduction_factor(ratio: Floats) -> Floats:
-    """Factor on the conduction of faces between cells of `ratio` feet that gives a front its exact speed, Eq. (95).
-
-    A factor f makes the foot longer by its root, so f = 1/c^2 at the ratio that is read off the table at ratio/sqrt(f),
-    c the relative speed there. Between the entries f - 1 is a power of the ratio; below them the fourth, the order of
-    the differences. A face that does not conduct (infinite ratio) has the factor 1. Beyond the table the last is kept.
+    A factor f makes front and foot faster and longer by its root, so f = 1/c^2 at q = p/c, p and c of the table above.
+    Between its entries f - 1 is a power of q; below them the fourth, the order of the differences.
     """
-    known, excess = _correction_law()
-    with np.errstate(divide="ignore"):
-        place = np.log(np.asarray(ratio, dtype=np.float64))
-    found = np.interp(place, known, excess) + 4.0 * np.minimum(place - known[0], 0.0)
-    return np.where(np.isposinf(place), 1.0, 1.0 + np.exp(found))
+    speed = np.array(RELATIVE_SPEED[1:])
+    sizes = np.array(CELLS_PER_FOOT[1:]) / speed
+    places = SPACING * np.arange(math.floor(sizes[-1] / SPACING) + 1)
+    law = np.log((1.0 / speed**2 - 1.0) / sizes**4)
+    table = np.exp(np.interp(np.log(np.maximum(places, sizes[0])), np.log(sizes), law))
+    table.setflags(write=False)
+    return table
+
+
+@compiled
+def _raise(resistance: np.ndarray, feet: float, excess: np.ndarray, spacing: float, out: np.ndarray) -> None:
+    """`raised_resistance` of flat arrays."""
+    end = spacing * (excess.size - 1)
+    for k in range(resistance.size):
+        size = min(feet * math.sqrt(resistance[k]), end)
+        place = size / spacing
+        i = min(int(place), excess.size - 2)
+        found = excess[i] + (place - i) * (excess[i + 1] - excess[i])
+        out[k] = resistance[k] / (1.0 + size**4 * found)
+
+
+def raised_resistance(resistance: Floats, feet: float) -> Floats:
+    """Resistance of faces to conduction with which a front on cells that are coarse for it has its exact speed, (95).
+
+    resistance: stretch over the factor on conductivity; infinite where a face does not conduct. feet: size of a cell
+    over the foot of a front where that is 1. Cells coarser than the measured ones get what the coarsest of those get.
+    """
+    out = np.empty(resistance.shape)
+    _raise(np.ravel(resistance), feet, excess_conduction(), SPACING, out.reshape(-1))
+    return out
