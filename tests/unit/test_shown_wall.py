@@ -88,3 +88,16 @@ def test_wall_on_fewer_columns_is_shown_on_all() -> None:
     assert many.arrays["radius"].shape == (3, 41, 16)
     assert many.arrays["radius"][..., ::2] == pytest.approx(few.arrays["radius"], abs=1e-12)
     assert np.ptp(few.arrays["radius"][-1], axis=1).max() > 1e-4
+
+
+def test_choices_of_the_sheets_change_the_digest_and_nothing_when_they_are_not_made() -> None:
+    """A run that makes none of them is the run of before there were any."""
+    plain = scenarios.configuration("point_pacemaker")
+    for key, shipped, other in (
+        ("grid.n_theta_wall", 0, 8),
+        ("tissue.front_correction", "none", "measured"),
+        ("tissue.bidomain", "full", "pseudo"),
+        ("solver.elliptic_tolerance", 1e-8, 1e-4),
+    ):
+        assert scenarios.configuration("point_pacemaker", changes={key: shipped}).digest() == plain.digest()
+        assert scenarios.configuration("point_pacemaker", changes={key: other}).digest() != plain.digest()

@@ -42,8 +42,13 @@ WITHOUT_EFFECT = ("run.checkpoint",)
 
 SLOTS = tuple(choices.SLOTS)
 """Parameters that choose a part; where they choose the shipped one the digest is as without them."""
-LATER = ("tissue.front_correction", "tissue.bidomain", "solver.elliptic_tolerance", "grid.n_theta_wall")
-"""Choices of numerics at whose shipped value a run is what it was before there were any: so is its digest."""
+LATER = {
+    "tissue.front_correction": "none",
+    "tissue.bidomain": "full",
+    "solver.elliptic_tolerance": 1e-8,
+    "grid.n_theta_wall": 0,
+}
+"""Choices that earlier versions did not have, and what they did: there the digest is as without them."""
 ENDS = ("run.duration", "run.stop_when_expelled", "run.stop_when_arrested", "run.stop_position")
 """Parameters that say when a run ends, and change nothing before."""
 
@@ -299,9 +304,10 @@ class Configuration(Sections):
         """
         without = WITHOUT_EFFECT if ends else (*WITHOUT_EFFECT, *ENDS)
         ours = self.flat()
-        without = (*without, *(key for key in (*SLOTS, *LATER) if ours[key] == PARAMETERS[key].value))
+        without = (*without, *(key for key in SLOTS if ours[key] == PARAMETERS[key].value))
         if not self.network.enabled:
             without = (*without, *(key for key in ours if key.startswith("network.")))
+        without = (*without, *(key for key, first in LATER.items() if ours[key] == first))
         if self.trigger.gate == "none":
             without = (*without, *(key for key in ours if key.startswith("trigger.gate")))
         texts = {key: text for key, text in self.texts().items() if key not in without}
