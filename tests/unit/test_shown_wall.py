@@ -1,5 +1,7 @@
 """A wall that is solved on few columns, shown on many: nothing is added to what the columns carry, Eq. (98)."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,8 @@ from peristalsis.model.state import WallState
 from peristalsis.results.result import Result
 from peristalsis.results.shown import shown_wall
 from peristalsis.running.simulation import Simulation
+from peristalsis.storing.checkpoint import Checkpoints
+from peristalsis.storing.store import Workspace
 
 ROWS = 9
 
@@ -71,10 +75,14 @@ def test_contact_and_drive_stay_positive_and_keep_their_integrals() -> None:
         assert getattr(found, name).mean(axis=-1) == pytest.approx(getattr(one, name).mean(axis=-1), abs=1e-14)
 
 
-def run(**changes: object) -> Result:
+def started(**changes: object) -> Simulation:
     small = {"grid.n_z": 60, "grid.n_z_wall": 40, "run.duration": "20 ms", "output.interval": "10 ms"}
     small |= {"output.fields": ["potential_longitudinal"]}
-    return Simulation(scenarios.configuration("point_pacemaker", changes=small | changes)).run()
+    return Simulation(scenarios.configuration("point_pacemaker", changes=small | changes))
+
+
+def run(**changes: object) -> Result:
+    return started(**changes).run()
 
 
 def test_wall_on_fewer_columns_is_shown_on_all() -> None:
@@ -101,3 +109,22 @@ def test_choices_of_the_sheets_change_the_digest_and_nothing_when_they_are_not_m
     ):
         assert scenarios.configuration("point_pacemaker", changes={key: shipped}).digest() == plain.digest()
         assert scenarios.configuration("point_pacemaker", changes={key: other}).digest() != plain.digest()
+
+
+def test_resumed_run_has_the_bits_of_the_uninterrupted_one(tmp_path: Path) -> None:
+    """Nothing that the sheets or the shown wall are made of is carried beside the state."""
+    chosen = {
+        "grid.n_theta": 16,
+        "grid.n_theta_wall": 8,
+        "grid.n_theta_conduction": 32,
+        "tissue.front_correction": "measured",
+        "solver.elliptic_tolerance": 1e-4,
+        "step.conduction": "1 ms",
+    }
+    whole = run(**chosen)
+    begun = started(**chosen)
+    begun.advance("8 ms")
+    Checkpoints(Workspace(tmp_path, tmp_path)).write(begun.time, begun.checkpoint())
+    again = Simulation.resume(tmp_path).run()
+    for name, values in whole.arrays.items():
+        assert np.array_equal(values, again.arrays[name], equal_nan=values.dtype.kind == "f"), name
