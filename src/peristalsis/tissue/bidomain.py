@@ -82,6 +82,14 @@ def _turn(inside: np.ndarray, ahead: np.ndarray, share: float) -> None:
         inside[k] = ahead[k] + share * inside[k]
 
 
+@compiled
+def _without(rest: np.ndarray, image: np.ndarray, old: np.ndarray, its_image: np.ndarray, share: float) -> None:
+    """Take a share of an old direction, and of its image, off a new one."""
+    for k in range(rest.size):
+        rest[k] -= share * old[k]
+        image[k] -= share * its_image[k]
+
+
 class _FirstGuess:
     """The best combination of past solutions as a first guess.
 
@@ -109,13 +117,14 @@ class _FirstGuess:
         whole = _dot(rest, image)
         for old, its_image in zip(self._directions, self._images, strict=True):
             share = _dot(its_image, solution)
-            rest -= share * old
-            image -= share * its_image
+            _without(rest, image, old, its_image, share)
         energy = _dot(rest, image)
         if energy > 1e-20 * whole > 0.0:
             norm = 1.0 / math.sqrt(energy)
-            self._directions.append(rest * norm)
-            self._images.append(image * norm)
+            rest *= norm
+            image *= norm
+            self._directions.append(rest)
+            self._images.append(image)
 
 
 def _varies(coefficient: Floats) -> bool:
