@@ -329,6 +329,14 @@ def node_steps(**chosen: object) -> int:
     return round(total / model.dt_wall)
 
 
+def test_corrected_layer_that_conducts_nowhere_has_stages() -> None:
+    """A region may block all of a layer: nothing conducts, so nothing is raised."""
+    everywhere = {"name": "all", "shape": "band", "z_from": "0 cm", "z_to": "10 cm", "conductivity": 0.0}
+    chosen = {"tissue.front_correction": "measured", "regions": [everywhere]}
+    model = build(scenarios.configuration("point_pacemaker", changes=chosen))
+    assert len(model.stages(model.longitudinal, 1.0)) == 2
+
+
 def test_corrected_sheets_take_a_fraction_of_the_node_steps() -> None:
     """A front within one per cent of its speed on 128 columns, where 512 leave it ten per cent slow."""
     shipped = node_steps()

@@ -237,6 +237,9 @@ class Model:
         rate = (layer.leakiness * layer.constants.kinetics_rate + opened) / layer.constants.capacitance
         if layer.conducts:
             decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
-            most_conducting = layer.raised(np.array(least / layer.best_conduction), self.grid.cell_size)
-            rate += decay / float(most_conducting)
+            along = decay * layer.best_conduction / least
+            if layer.front_corrected and along > 0.0:  # the faces that conduct best still do when all are raised
+                resistance = np.array(least / layer.best_conduction)
+                along *= float(resistance / layer.raised(resistance, self.grid.cell_size))
+            rate += along
         return explicit_stages(stability_rate(rate, ring_rate), self.dt_cell)
