@@ -49,11 +49,9 @@ def _tension(name: str, part: str, layer: str, long_name: str) -> Output:
 
 
 FIELDS = [
-    Output("radius", WALL, "cm", "radius of the wall", lambda now: now.state.wall.position[:, :, 0]),
-    Output("angle", WALL, "rad", "angle of the wall point", lambda now: now.state.wall.position[:, :, 1]),
-    Output(
-        "axial_position", WALL, "cm", "axial position of the wall point", lambda now: now.state.wall.position[:, :, 2]
-    ),
+    Output("radius", WALL, "cm", "radius of the wall", lambda now: now.wall.position[:, :, 0]),
+    Output("angle", WALL, "rad", "angle of the wall point", lambda now: now.wall.position[:, :, 1]),
+    Output("axial_position", WALL, "cm", "axial position of the wall point", lambda now: now.wall.position[:, :, 2]),
     Output("stretch_longitudinal", WALL, "1", "longitudinal stretch", lambda now: now.stretches.longitudinal),
     Output("stretch_circumferential", WALL, "1", "circumferential stretch", lambda now: now.stretches.circumferential),
     _tension("tension_longitudinal", "total", "longitudinal", "total longitudinal tension"),

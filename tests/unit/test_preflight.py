@@ -150,3 +150,11 @@ def test_few_shipped_scenarios_have_remarks() -> None:
     """
     said = {name for name in scenarios.names() if preflight.remarks(scenarios.configuration(name))}
     assert said <= {"fig4d", "fig7c", "point_pacemaker", "blocked_patch", "taenia", "capsule"}
+
+
+def test_coarse_columns_are_remarked_unless_fronts_are_corrected() -> None:
+    """A front around the ring is slow on them; with its correction it is not."""
+    config = scenarios.configuration("point_pacemaker", changes={"grid.n_theta_conduction": 64})
+    assert sum("a front around the ring" in remark for remark in preflight.remarks(config)) == 2
+    corrected = config.with_changes({"tissue.front_correction": "measured"})
+    assert not any("a front around the ring" in remark for remark in preflight.remarks(corrected))

@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
+from peristalsis import scenarios
+from peristalsis.inputs.build import build
+from peristalsis.model.scheme import Ahead
+from peristalsis.model.schemes.surface import conduction
 from peristalsis.numerics.stabilised import coefficients, stages_for
-from peristalsis.tissue.bidomain import surface_operator
+from peristalsis.tissue.bidomain import FULL, Bidomain, Elliptic, surface_operator
 from peristalsis.tissue.conduction import diffuse, fill_ghosts, largest_eigenvalue
 from peristalsis.tissue.records import Brought, SheetArrays, Steps
 from peristalsis.tissue.sheet import advance_sheet
@@ -247,3 +251,96 @@ def test_only_ratios_of_conductivities_matter() -> None:
     one = apply_surface(Surface(20, 16).bidomain(), potential)
     other = apply_surface(Surface(20, 16, conductivities=scaled).bidomain(), potential)
     assert np.abs(one - other).max() <= 1e-12 * np.abs(one).max()
+
+
+def test_conduction_of_some_rings_is_that_of_all() -> None:
+    """Rings at rest are left out: the others see the same fluxes to the last bit, and those keep what they had."""
+    operator = wavy(Surface(30, 12)).monodomain()
+    padded, whole = np.zeros((34, 12)), np.empty(360)
+    padded[2:-2] = np.random.default_rng(5).normal(size=(30, 12))
+    operator.apply(padded.ravel(), whole, 0, 360)
+    for low, high in ((0, 30), (0, 1), (1, 4), (2, 9), (7, 28), (25, 30), (29, 30), (0, 0), (12, 12)):
+        some = np.full(360, 7.0)
+        operator.apply(padded.ravel(), some, 12 * low, 12 * high)
+        asked = slice(12 * low, 12 * high)
+        assert np.array_equal(some[asked], whole[asked])
+        assert np.all(np.delete(some, np.arange(360)[asked]) == 7.0)
+
+
+PSEUDO = Elliptic(pseudo=True)
+
+
+@pytest.mark.parametrize(("n", "m", "share"), [(5, 0, 1.0), (0, 3, 1.0), (2, 8, None)])
+def test_pseudo_bidomain_is_exact_along_and_around(n: int, m: int, share: float | None) -> None:
+    """Eq. (96): the symbol of the series conductivities; the bidomain's oblique waves spread up to 2.5 % faster."""
+    surface = Surface(60, 48)
+    wave = surface.wave(n, m)
+    full, pseudo = (apply_surface(surface_operator(*surface.parts(), one), wave) for one in (FULL, PSEUDO))
+    k = np.unravel_index(np.abs(wave).argmax(), wave.shape)
+    assert -full[k] / wave[k] == pytest.approx(surface.decay(n, m), rel=1e-9)
+    found = pseudo[k] / full[k]
+    if share is None:
+        assert 0.974 < found < 0.99
+    else:
+        assert found == pytest.approx(share, rel=1e-12)
+
+
+def test_slowest_oblique_front_of_the_pseudo_bidomain() -> None:
+    """In any direction a plane front's speed goes with the root of the symbol: 1.24 % too slow at the worst."""
+    g = LONGITUDINAL
+    angle = np.linspace(0.0, 0.5 * np.pi, 2001)
+    along, around = np.cos(angle) ** 2, g.effective_axial / g.effective_around * np.sin(angle) ** 2
+    inner, outer = g.inner_axial * along + g.inner_around * around, g.outer_axial * along + g.outer_around * around
+    full = inner * outer / (inner + outer)
+    alike = g.alike
+    inner, outer = (
+        alike.inner_axial * along + alike.inner_around * around,
+        alike.outer_axial * along + alike.outer_around * around,
+    )
+    share = np.sqrt(inner * outer / (inner + outer) / full)
+    assert 0.9875 <= share.min() <= 0.9878
+    assert share.max() <= 1.0 + 1e-12
+
+
+def test_pseudo_bidomain_solves_no_elliptic_problem() -> None:
+    parts = wavy(Surface(20, 12)).parts()
+    assert isinstance(surface_operator(*parts, PSEUDO), Monodomain)
+    assert isinstance(surface_operator(*parts), Bidomain)
+
+
+def test_looser_elliptic_problem_takes_fewer_solves_and_moves_little() -> None:
+    """At 1e-4 less than half of the solves of 1e-8; a rate is off by less than that share of the largest."""
+    surface = wavy(Surface(40, 24))
+    potential = np.cos(3.0 * surface.z) * np.exp(np.cos(surface.theta - 0.3))
+    tight, loose = (Bidomain(*surface.parts(), tolerance) for tolerance in (1e-8, 1e-4))
+    one, other = (apply_surface(operator, potential) for operator in (tight, loose))
+    assert loose.solves <= 0.6 * tight.solves
+    assert 0.0 < np.abs(one - other).max() <= 1e-4 * np.abs(one).max()
+
+
+def node_steps(**chosen: object) -> int:
+    """Stages of all cells of both layers in a second, on the undeformed wall of a pacemaker at a point."""
+    model = build(scenarios.configuration("point_pacemaker", changes=chosen))
+    grid, total = model.grid, 0
+    still = Ahead(np.ones((grid.n_z_wall, grid.n_theta)), 1.0, np.ones((grid.n_z_wall + 1, grid.n_theta)))
+    for layer in (model.longitudinal, model.circular):
+        stages = model.stages(layer, 1.0, 0.0, conduction(model, layer, still).ring_rate)
+        total += len(stages) * model.substeps * grid.n_z * grid.n_theta_conduction
+    return round(total / model.dt_wall)
+
+
+def test_corrected_layer_that_conducts_nowhere_has_stages() -> None:
+    """A region may block all of a layer: nothing conducts, so nothing is raised."""
+    everywhere = {"name": "all", "shape": "band", "z_from": "0 cm", "z_to": "10 cm", "conductivity": 0.0}
+    chosen = {"tissue.front_correction": "measured", "regions": [everywhere]}
+    model = build(scenarios.configuration("point_pacemaker", changes=chosen))
+    assert len(model.stages(model.longitudinal, 1.0)) == 2
+
+
+def test_corrected_sheets_take_a_fraction_of_the_node_steps() -> None:
+    """A front within one per cent of its speed on 128 columns, where 512 leave it ten per cent slow."""
+    shipped = node_steps()
+    chosen = node_steps(
+        **{"grid.n_theta_conduction": 128, "tissue.front_correction": "measured", "step.conduction": "1 ms"}
+    )
+    assert shipped >= 8 * chosen

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from peristalsis.geometry.grid import Grid
-from peristalsis.numerics.transfer import average, interpolation, overlap
+from peristalsis.numerics.transfer import average, interpolation, overlap, trigonometric
 
 
 def edges(widths: list[float]) -> np.ndarray:
@@ -61,3 +61,30 @@ def test_depolarised_length_reaches_the_wall_whole() -> None:
     found = np.empty((1600, 1))
     average(grid.cells_to_half_elements, values, found)
     assert found.sum() * 10.0 / 1600 == pytest.approx(values.sum() * 0.01, rel=1e-13)
+
+
+@pytest.mark.parametrize(("sources", "targets"), [(16, 64), (8, 24), (7, 21), (5, 5)])
+def test_fourier_series_is_exact_below_half_the_columns(sources: int, targets: int) -> None:
+    """Every mode that the coarse ring can tell apart, in amplitude and phase."""
+    coarse, fine = (2.0 * np.pi * np.arange(n) / n for n in (sources, targets))
+    for mode in range(1, (sources + 1) // 2):
+        found = trigonometric(0.3 + np.cos(mode * coarse - 0.4)[None, :], targets)
+        assert found[0] == pytest.approx(0.3 + np.cos(mode * fine - 0.4), abs=1e-13)
+
+
+@given(st.integers(3, 20), st.integers(1, 5), st.integers(0, 2**32 - 1))
+def test_fourier_series_keeps_columns_and_the_mean(sources: int, ratio: int, seed: int) -> None:
+    values = np.random.default_rng(seed).normal(size=(3, sources))
+    found = trigonometric(values, ratio * sources)
+    assert found[:, ::ratio] == pytest.approx(values, abs=1e-12)
+    assert found.mean(axis=1) == pytest.approx(values.mean(axis=1), abs=1e-13)
+
+
+def test_fourier_series_leaves_a_uniform_ring_to_the_last_bit() -> None:
+    found = trigonometric(np.full((2, 16), 0.1 + 0.2), 64)
+    assert np.array_equal(found, np.full((2, 64), 0.1 + 0.2))
+
+
+def test_fourier_series_of_columns_that_do_not_fit_is_refused() -> None:
+    with pytest.raises(ValueError, match="64 columns are not a multiple of 24"):
+        trigonometric(np.zeros((1, 24)), 64)

@@ -114,9 +114,10 @@ def test_noise_decays_while_the_neck_is_packed() -> None:
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_blocked_conduction_on_many_columns_warns_of_nothing() -> None:
+@pytest.mark.parametrize("correction", ["none", "measured"])
+def test_blocked_conduction_on_many_columns_warns_of_nothing(correction: str) -> None:
     """Where a region blocks conduction the sheet's resistance is infinite: meant, and not a division gone wrong."""
-    given = {**SMALL, "grid.n_theta": 8, "run.duration": "4 ms"}
+    given = {**SMALL, "grid.n_theta": 8, "run.duration": "4 ms", "tissue.front_correction": correction}
     found = Simulation(scenarios.configuration("aganglionic", changes=given)).run()
     assert found.error is None
     blocked = (found.arrays["z_cell"] > 5.5) & (found.arrays["z_cell"] < 7.5)

@@ -24,7 +24,7 @@ def apply_surface(operator: SurfaceOperator, potential: Floats) -> Floats:
     padded = np.zeros((n_z + 4, n_theta))
     padded[2:-2] = potential
     rate = np.empty(n_z * n_theta)
-    operator.apply(padded.ravel(), rate)
+    operator.apply(padded.ravel(), rate, 0, rate.size)
     return rate.reshape(n_z, n_theta)
 
 

@@ -37,7 +37,8 @@ class Grid:
     """Lagrangian grids of a tube of the given length [cm]: conduction cells, wall nodes, and the ways between.
 
     n_z conduction cells and n_z_wall wall elements (n_z_wall + 1 nodes) along z; n_theta columns of wall and
-    n_theta_conduction columns of cells around, a multiple of these (0: as many).
+    n_theta_conduction columns of cells around, a multiple of these (0: as many). n_theta_shown: columns on which the
+    wall is shown, a multiple too (0: as many).
     """
 
     length: float
@@ -45,15 +46,20 @@ class Grid:
     n_z_wall: int
     n_theta: int = 1
     n_theta_conduction: int = 0
+    n_theta_shown: int = 0
 
     def __post_init__(self) -> None:
-        columns = self.n_theta_conduction or self.n_theta
-        if columns % self.n_theta != 0:
-            raise ValueError(
-                f"n_theta_conduction = {columns} is not a multiple of n_theta = {self.n_theta}: columns of the wall "
-                f"would have no cells of their own; use {self.n_theta * max(round(columns / self.n_theta), 1)}"
-            )
-        object.__setattr__(self, "n_theta_conduction", columns)
+        for name, why in (
+            ("n_theta_conduction", "columns of the wall would have no cells of their own"),
+            ("n_theta_shown", "columns of the wall would not be shown in their places"),
+        ):
+            columns = getattr(self, name) or self.n_theta
+            if columns % self.n_theta != 0:
+                raise ValueError(
+                    f"{name} = {columns} is not a multiple of n_theta = {self.n_theta}: {why}; "
+                    f"use {self.n_theta * max(round(columns / self.n_theta), 1)}"
+                )
+            object.__setattr__(self, name, columns)
 
     @property
     def is_surface(self) -> bool:
@@ -78,6 +84,11 @@ class Grid:
     def columns(self) -> Floats:
         """Angles of the wall's columns [rad], shape (n_theta,)."""
         return np.asarray(2.0 * np.pi * np.arange(self.n_theta) / self.n_theta, dtype=np.float64)
+
+    @cached_property
+    def shown_columns(self) -> Floats:
+        """Angles of the columns on which the wall is shown [rad], shape (n_theta_shown,)."""
+        return np.asarray(2.0 * np.pi * np.arange(self.n_theta_shown) / self.n_theta_shown, dtype=np.float64)
 
     @cached_property
     def cell_columns(self) -> Floats:
@@ -160,6 +171,16 @@ class Grid:
     def faces_to_cell_faces(self) -> Overlap:
         """Values at the wall's theta faces j + 1/2 at those of the cell columns, linear around the ring."""
         return periodic_interpolation(self.n_theta, self.n_theta_conduction, 0.5)
+
+    @cached_property
+    def columns_to_shown(self) -> Overlap:
+        """Values on the wall's columns at those on which it is shown, linear around the ring."""
+        return periodic_interpolation(self.n_theta, self.n_theta_shown)
+
+    @cached_property
+    def faces_to_shown(self) -> Overlap:
+        """Values at the wall's theta faces j + 1/2 at those of the columns on which it is shown, linear around."""
+        return periodic_interpolation(self.n_theta, self.n_theta_shown, 0.5)
 
     def half_elements_of_cells(self, field: Floats) -> Floats:
         """A field of cells on the wall: (n_z, n_theta_conduction) to the half elements, (2 n_z_wall, n_theta).

@@ -18,6 +18,7 @@ from ..model.constants import LumenConstants
 from ..model.model import ExplicitScheme, Layer, Model, Network, PacemakerCell, Response, StepControl
 from ..numerics.binding import Binding, bind
 from ..pellet.friction import FrictionLaw
+from ..tissue.bidomain import Elliptic
 from ..tissue.cell import PLANT, SHIPPED_CELL, Cell, described
 from ..tissue.cells.plant import CHANNELS, CellConstants
 from ..tissue.surface import Conductivities
@@ -127,8 +128,8 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         network=like.network if like and same("network", "parts") else _network(c, grid),
         binding=binding,
         control=StepControl(c.step.tolerance, c.step.halvings) if c.step.control == "error" else None,
-        corrects_fronts=c.tissue.front_correction == "measured",
         reconstructs=c.grid.exchange == "reconstructed",
+        elliptic=Elliptic(c.solver.elliptic_tolerance, c.tissue.bidomain == "pseudo"),
     )
 
 
@@ -170,7 +171,9 @@ def _explicit(c: Configuration) -> ExplicitScheme | None:
 
 
 def _grid(c: Configuration) -> Grid:
-    return Grid(c.wall.length, c.grid.n_z, c.grid.n_z_wall, c.grid.n_theta, c.grid.conduction_columns)
+    return Grid(
+        c.wall.length, c.grid.n_z, c.grid.n_z_wall, c.grid.wall_columns, c.grid.conduction_columns, c.grid.n_theta
+    )
 
 
 def cell_constants(c: Configuration, rate: float) -> CellConstants:
@@ -265,6 +268,7 @@ def _layer(c: Configuration, name: str, grid: Grid) -> Layer:
         ),
         constants=constants,
         cell=cell,
+        front_corrected=c.tissue.front_correction == "measured" and cell is SHIPPED_CELL,
         **muscle_of_layer(c, name)._asdict(),
     )
 

@@ -139,12 +139,22 @@ def _check_grid(config: Configuration) -> None:
     if 1 < grid.n_theta < FEWEST_COLUMNS:
         fix = f"use 1 (axisymmetric) or at least {FEWEST_COLUMNS}"
         _refuse("grid.n_theta", str(grid.n_theta), "too few columns for a ring", fix)
-    if columns % grid.n_theta != 0 or (grid.n_theta == 1 and columns != 1):
+    _check_wall_columns(config)
+    wall = grid.wall_columns
+    if columns % wall != 0 or (grid.n_theta == 1 and columns != 1):
         cause, fix = "grid.n_theta = 1 is the axisymmetric model", "use 0, or more columns of wall"
         if grid.n_theta > 1:
-            cause = f"it is not a multiple of grid.n_theta = {grid.n_theta}"
-            fix = f"use {grid.n_theta * max(1, round(columns / grid.n_theta))}, or 0 for as many"
+            key = "grid.n_theta_wall" if grid.n_theta_wall else "grid.n_theta"
+            cause = f"it is not a multiple of {key} = {wall}"
+            fix = f"use {wall * max(1, round(columns / wall))}, or 0 for as many as grid.n_theta"
         _refuse("grid.n_theta_conduction", str(columns), cause, fix)
+    if grid.n_theta == 1 and config.tissue.front_correction != "none":
+        _refuse(
+            "tissue.front_correction",
+            config.tissue.front_correction,
+            "it is there for the sheets of the whole surface, and grid.n_theta = 1 is one column",
+            "use none, or more columns",
+        )
     if grid.n_theta > 1 and config.pellet.friction_coefficient > 0.0:
         _refuse(
             "pellet.friction_coefficient",
@@ -165,15 +175,34 @@ def _check_schemes_of_one_column(config: Configuration) -> None:
         where = f"grid.n_theta = {config.grid.n_theta}"
     elif config.solver.integrator == "explicit":
         where = "solver.integrator = explicit"
-    ways = (
-        ("tissue.front_correction", config.tissue.front_correction, "none"),
-        ("grid.exchange", config.grid.exchange, "averages"),
-    )
-    for key, value, plain in ways:
-        if where and value != plain:
-            _refuse(
-                key, value, f"it is there for one column, stepped implicitly, and {where}", f"use {key} = {plain}"
-            )  # fmt: skip
+    if where and config.grid.exchange != "averages":
+        _refuse(
+            "grid.exchange",
+            config.grid.exchange,
+            f"it is there for one column, stepped implicitly, and {where}",
+            "use grid.exchange = averages",
+        )
+    if config.solver.integrator == "explicit" and config.tissue.front_correction != "none":
+        _refuse(
+            "tissue.front_correction",
+            config.tissue.front_correction,
+            "the explicit scheme conducts as it stands (solver.integrator = explicit)",
+            "use tissue.front_correction = none",
+        )
+
+
+def _check_wall_columns(config: Configuration) -> None:
+    shown, wall = config.grid.n_theta, config.grid.wall_columns
+    if shown == 1 and wall != 1:
+        cause = "grid.n_theta = 1 is the axisymmetric model"
+        _refuse("grid.n_theta_wall", str(wall), cause, "use 0, or more columns of wall")
+    if shown > 1 and wall < FEWEST_COLUMNS:
+        fix = f"use 0, or at least {FEWEST_COLUMNS}"
+        _refuse("grid.n_theta_wall", str(wall), "too few columns for a ring", fix)
+    if shown % wall != 0:
+        below = max((count for count in range(FEWEST_COLUMNS, min(wall, shown) + 1) if shown % count == 0), default=0)
+        cause = f"it does not divide grid.n_theta = {shown}, the columns on which the wall is shown"
+        _refuse("grid.n_theta_wall", str(wall), cause, f"use {below}")
 
 
 def _check_steps(config: Configuration) -> None:

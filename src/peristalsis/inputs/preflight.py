@@ -291,7 +291,7 @@ def _around(configuration: Configuration, model: Model) -> list[str]:
         return []
     found = []
     for name, layer in (("longitudinal", model.longitudinal), ("circular", model.circular)):
-        if not layer.conducts or layer.cell.name != SHIPPED["cell"]:
+        if not layer.conducts or layer.cell.name != SHIPPED["cell"] or layer.front_corrected:
             continue
         g = layer.conductivities
         foot = front_foot(layer.diffusivity * g.effective_around / g.effective_axial, layer.constants.kinetics_rate)

@@ -69,27 +69,6 @@ def conduction_between_averages(
 
 
 @compiled
-def correct_front(
-    cells_per_foot: float, spacing: float, table: np.ndarray, scale: float, coefficient: np.ndarray
-) -> None:
-    """Multiply the conduction of every face by the factor for its cells, Eq. (85), in place.
-
-    cells_per_foot: at coefficient = scale, where the stretch is 1; better conduction makes the foot longer. table:
-    factors for 0, spacing, 2 spacing... cells per foot.
-    """
-    per_spacing = cells_per_foot / spacing
-    last = table.size - 1
-    for t in range(coefficient.shape[0]):
-        for j in range(coefficient.shape[1]):
-            if coefficient[t, j] <= 0.0:
-                continue
-            place = per_spacing * math.sqrt(scale / coefficient[t, j])
-            k = min(int(min(place, float(last))), last - 1)
-            share = min(place - k, 1.0)
-            coefficient[t, j] *= table[k] + share * (table[k + 1] - table[k])
-
-
-@compiled
 def drive_of_layer(
     start: np.ndarray,
     indices: np.ndarray,

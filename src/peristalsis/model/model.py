@@ -20,6 +20,7 @@ from ..numerics.binding import SHIPPED, Binding
 from ..numerics.stabilised import coefficients, stages_for
 from ..pellet.friction import CONSTANT, FrictionLaw
 from ..tissue.activation import SHIPPED_ACTIVATION, Activation
+from ..tissue.bidomain import FULL, Elliptic
 from ..tissue.cell import SHIPPED_CELL, Cell
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
@@ -67,6 +68,7 @@ class Layer:
     cell, a NamedTuple of its own class.
     activation: what makes the drive of the muscle, with constants of its own, None for those of the threshold.
     calcium_state: row of the cell's calcium, -1 where none is read; calcium_scale: from its unit to uM.
+    front_corrected: whether conduction between coarse cells is raised to the exact speed of fronts, Eq. (85).
     """
 
     conductances: Floats
@@ -84,6 +86,18 @@ class Layer:
     muscle_constants: Any = None
     calcium_state: int = -1
     calcium_scale: float = 1.0
+    front_corrected: bool = False
+
+    def front_law(self, cell_size: float, dt: float, around: bool = False) -> FrontLaw | None:
+        """How conduction is corrected for cells of this size [cm], along z or around, and steps of dt [ms], Eq. (85).
+
+        None where it is not, or the front of its cells was not measured.
+        """
+        if not (self.front_corrected and self.conducts and self.diffusivity > 0.0):
+            return None
+        share = self.conductivities.effective_around / self.conductivities.effective_axial if around else 1.0
+        rate = self.constants.kinetics_rate
+        return FrontLaw(cell_size / front_foot(self.diffusivity * share, rate), correction_table(dt, rate))
 
     @cached_property
     def activation_constants(self) -> Any:
@@ -180,8 +194,8 @@ class Model:
     surface, sideways_friction [mN s/cm]: of a wall on the whole surface; None keeps the pellet on the axis.
     control: of the length of the steps, of which dt_wall is then the longest; None keeps them as long as that.
     explicit: None for the implicit wall. stimuli_longitudinal, stimuli_circular: those at listed times. binding: of the
-    kernels to the chosen law and shape. corrects_fronts: whether conduction is corrected for the size of the cells,
-    Eq. (85); reconstructs: whether wall and sheets see one another between cells and elements, Eqs. (86)-(88).
+    kernels to the chosen law and shape. reconstructs: whether wall and sheets see one another between cells and
+    elements, Eqs. (86)-(88). elliptic: of the bidomain on the whole surface.
     """
 
     grid: Grid
@@ -214,22 +228,14 @@ class Model:
     network: Network | None = None
     binding: Binding = SHIPPED
     control: StepControl | None = None
-    corrects_fronts: bool = False
     reconstructs: bool = False
+    elliptic: Elliptic = FULL
 
     @cached_property
     def finer(self) -> Model:
         """The model with steps half as long; those of the cells stay as they are where they can."""
         parts = self.substeps // 2 if self.substeps % 2 == 0 else self.substeps
         return replace(self, dt_wall=0.5 * self.dt_wall, substeps=parts)
-
-    def front_law(self, layer: Layer) -> FrontLaw | None:
-        """How conduction of a layer is corrected for its cells; None where it is not, or its front was not measured."""
-        if not (self.corrects_fronts and layer.conducts and layer.diffusivity > 0.0 and layer.cell is SHIPPED_CELL):
-            return None
-        rate = layer.constants.kinetics_rate
-        foot = front_foot(layer.diffusivity, rate)
-        return FrontLaw(self.grid.cell_size / foot, correction_table(self.dt_cell, rate))
 
     @property
     def dt_cell(self) -> float:
@@ -258,7 +264,7 @@ class Model:
         if layer.conducts:
             decay = largest_eigenvalue(layer.diffusivity * 1e-3, self.grid.cell_size)
             best = layer.best_conduction / least
-            law = self.front_law(layer)
+            law = layer.front_law(self.grid.cell_size, self.dt_cell)
             if law is not None and best > 0.0:
                 # The factor grows more slowly with the cells than conduction falls: the best faces stay the best.
                 best *= correction(law.cells_per_foot / math.sqrt(best), law.table)

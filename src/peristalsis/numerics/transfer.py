@@ -112,6 +112,23 @@ def periodic_interpolation(sources: int, targets: int, offset: float = 0.0) -> O
     )
 
 
+def trigonometric(field: Floats, targets: int) -> Floats:
+    """Values on equal columns of a closed ring, (..., n), at `targets` columns, a multiple, by their Fourier series.
+
+    Column j of either stands at j/n of the ring; the highest mode of an even n is taken as a cosine. Values at columns
+    of both rings and the mean around the ring are kept, to rounding, and what does not vary to the last bit.
+    """
+    sources = field.shape[-1]
+    _ratio_of_rings(targets, sources)
+    if targets == sources:
+        return field
+    base = field[..., :1]
+    spectrum = np.fft.rfft(field - base, axis=-1)
+    if sources % 2 == 0:
+        spectrum[..., -1] *= 0.5
+    return np.asarray(base + np.fft.irfft(spectrum, n=targets, axis=-1) * (targets / sources))
+
+
 def _ratio_of_rings(fine: int, coarse: int) -> int:
     if coarse < 1 or fine % coarse != 0:
         raise ValueError(

@@ -14,10 +14,11 @@ from ..model.bookkeeping import ContactSummary, EndReactions
 from ..model.friction import dry_friction_now, end_reaction, sliding_speed
 from ..model.model import Layer, Model
 from ..model.report import StepReport
-from ..model.state import SheetState, State
+from ..model.state import SheetState, State, WallState
 from ..model.step_summary import StepSummary
 from ..names import CALCIUM
 from ..wall import membrane
+from .shown import shown_wall
 
 Floats = NDArray[np.float64]
 
@@ -44,7 +45,7 @@ class Done(NamedTuple):
 
 
 class Stretches(NamedTuple):
-    """Stretch at the wall nodes, (n_z_wall + 1, n_theta) each."""
+    """Stretch at the wall nodes, (n_z_wall + 1, n_theta_shown) each."""
 
     longitudinal: Floats
     circumferential: Floats
@@ -66,6 +67,11 @@ class Moment:
         return self.model.binding.module("model.fields")
 
     @cached_property
+    def wall(self) -> WallState:
+        """The wall on the columns on which it is shown."""
+        return shown_wall(self.model.grid, self.state.wall)
+
+    @cached_property
     def viscous_force(self) -> float:
         """Viscous friction on the pellet [mN]."""
         return -self.model.pellet.viscous * sliding_speed(self.model, self.state.pellet)
@@ -82,22 +88,22 @@ class Moment:
 
     @cached_property
     def _tensions(self) -> Floats:
-        found: Floats = self._fields.nodal_tensions(self._fields.corner_tensions(self.state.wall, self.model.wall))
+        found: Floats = self._fields.nodal_tensions(self._fields.corner_tensions(self.wall, self.model.wall))
         return found
 
     def tension(self, part: str, layer: str) -> Floats:
-        """A tension at the wall nodes [mN/cm], (n_z_wall + 1, n_theta); part: passive, active or total."""
+        """A tension at the wall nodes [mN/cm], (n_z_wall + 1, n_theta_shown); part: passive, active or total."""
         return self._tensions[..., PARTS[part, layer]]
 
     @cached_property
     def stretches(self) -> Stretches:
         """Both stretches at the wall nodes."""
-        return Stretches(*self._fields.nodal_stretches(self.state.wall, self.model.wall))
+        return Stretches(*self._fields.nodal_stretches(self.wall, self.model.wall))
 
     @property
     def contact_pressure(self) -> Floats:
-        """Contact pressure at the wall nodes [mN/cm^2], (n_z_wall + 1, n_theta)."""
-        found: Floats = self._fields.contact_pressure(self.state.wall, self.model.wall)
+        """Contact pressure at the wall nodes [mN/cm^2], (n_z_wall + 1, n_theta_shown)."""
+        found: Floats = self._fields.contact_pressure(self.wall, self.model.wall)
         return found
 
     def sheet(self, layer: str) -> SheetState:

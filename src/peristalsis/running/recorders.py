@@ -84,7 +84,7 @@ class Recorders:
             "time_step": np.arange(len(self.scalars.rows)) * dt,
             "z": grid.nodes.copy(),
             "z_cell": grid.cells.copy(),
-            "theta": grid.columns.copy(),
+            "theta": grid.shown_columns.copy(),
             "theta_cell": grid.cell_columns.copy(),
             "probe": grid.cells[self.probes.cells],
         }

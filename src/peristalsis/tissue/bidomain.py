@@ -7,6 +7,7 @@ the ring alone. Without any it vanishes exactly, and the sheet is the cable of E
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,16 @@ ROUNDING = 4.0 * 2.0**-52
 """Right-hand sides below what this relative change of the potential would make are rounding, and count as zero."""
 LARGEST_RING_WEIGHT = 56.0**2
 """Largest eigenvalue of the ring's stencil times (24 ds)^2."""
+
+
+class Elliptic(NamedTuple):
+    """How the elliptic problem of a layer is solved: to this residual, or not at all (pseudo-bidomain, Eq. (96))."""
+
+    tolerance: float = TOLERANCE
+    pseudo: bool = False
+
+
+FULL = Elliptic()
 
 
 class EllipticError(ArithmeticError):
@@ -71,6 +82,14 @@ def _turn(inside: np.ndarray, ahead: np.ndarray, share: float) -> None:
         inside[k] = ahead[k] + share * inside[k]
 
 
+@compiled
+def _without(rest: np.ndarray, image: np.ndarray, old: np.ndarray, its_image: np.ndarray, share: float) -> None:
+    """Take a share of an old direction, and of its image, off a new one."""
+    for k in range(rest.size):
+        rest[k] -= share * old[k]
+        image[k] -= share * its_image[k]
+
+
 class _FirstGuess:
     """The best combination of past solutions as a first guess.
 
@@ -98,13 +117,14 @@ class _FirstGuess:
         whole = _dot(rest, image)
         for old, its_image in zip(self._directions, self._images, strict=True):
             share = _dot(its_image, solution)
-            rest -= share * old
-            image -= share * its_image
+            _without(rest, image, old, its_image, share)
         energy = _dot(rest, image)
         if energy > 1e-20 * whole > 0.0:
             norm = 1.0 / math.sqrt(energy)
-            self._directions.append(rest * norm)
-            self._images.append(image * norm)
+            rest *= norm
+            image *= norm
+            self._directions.append(rest)
+            self._images.append(image)
 
 
 def _varies(coefficient: Floats) -> bool:
@@ -158,15 +178,15 @@ class Bidomain:
         """Bound on what fluxes around the ring add to the largest decay rate along z [1/ms]."""
         return self._monodomain.ring_rate
 
-    def apply(self, padded: Floats, rate: Floats) -> None:
+    def apply(self, padded: Floats, rate: Floats, low: int, high: int) -> None:
         """Conduction of the potential into `rate` [mV/ms]; see `surface.SurfaceOperator`. Raises EllipticError."""
         inside = self._inside(padded)
         correction = self.correction(inside)
         if correction is None:
-            self._monodomain.apply(padded, rate)
+            self._monodomain.apply(padded, rate, low, high)
             return
         np.add(inside, correction, out=self._inside(self._sum))
-        self._monodomain.apply(self._sum, rate)
+        self._monodomain.apply(self._sum, rate, low, high)
 
     def correction(self, potential: Floats) -> Floats | None:
         """u of Eq. (37) [mV] for a flattened potential, mean zero; None where it vanishes."""
@@ -245,7 +265,7 @@ class Bidomain:
             self.solves += 1
             before, product = product, _dot(residual, ahead)
             _turn(inside, ahead, product / before if iteration > 0 else 0.0)
-            diffuse_surface(self._search, self.along, self._around_both, image)
+            diffuse_surface(self._search, self.along, self._around_both, image, 0, self.shape[0])
             np.negative(image, out=image)
             _move(solution, residual, inside, image, product / _dot(inside, image))
         raise EllipticError(
@@ -260,7 +280,14 @@ def surface_operator(
     sizes: SurfaceSizes,
     axial_stretch: Floats,
     hoop_stretch: Floats,
+    elliptic: Elliptic = FULL,
 ) -> SurfaceOperator:
-    """The operator of a layer: Eq. (11) with equal anisotropy, where (6) reduces to it, and the bidomain otherwise."""
-    make = Monodomain if conductivities.mismatch == 0.0 else Bidomain
-    return make(diffusivity, conductivities, sizes, axial_stretch, hoop_stretch)
+    """The operator of a layer: Eq. (11) with equal anisotropy, where (6) reduces to it, and the bidomain otherwise.
+
+    elliptic: how the bidomain is solved, or that the monodomain of the same series conductivities takes its place.
+    """
+    if conductivities.mismatch == 0.0:
+        return Monodomain(diffusivity, conductivities, sizes, axial_stretch, hoop_stretch)
+    if elliptic.pseudo:
+        return Monodomain(diffusivity, conductivities.alike, sizes, axial_stretch, hoop_stretch)
+    return Bidomain(diffusivity, conductivities, sizes, axial_stretch, hoop_stretch, elliptic.tolerance)

@@ -11,11 +11,14 @@ rate of the kinetics. The foot of a tissue that conducts other currents has anot
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..numerics.compiled import compiled
+from . import resolution
 from .resolution import MEASURED_RATE
 
 Floats = NDArray[np.float64]
@@ -50,8 +53,10 @@ RELATIVE_SPEEDS = (
     ),
 )
 """Speed on such cells with such steps, over the speed of the front in the limit."""
-COARSEST = CELLS_PER_FOOT[-1] / RELATIVE_SPEEDS[0][-1]
-"""Cells, in feet, up to which the law is measured; coarser ones get what these get."""
+BEYOND = tuple(cells for cells in resolution.CELLS_PER_FOOT if cells > CELLS_PER_FOOT[-1])
+"""Coarser cells still, as columns around a tube are: there the law of `resolution` goes on, whatever the step."""
+COARSEST = resolution.CELLS_PER_FOOT[-1] / resolution.RELATIVE_SPEED[-1]
+"""Cells, in feet, up to which the law goes; coarser ones get what these get."""
 SPACING = 0.01
 """Of the table, in feet."""
 
@@ -62,13 +67,17 @@ def correction_table(dt: float, kinetics_rate: float = MEASURED_RATE) -> Floats:
 
     dt: step of conduction [ms]; steps longer than the measured ones get what the longest gets.
     """
-    places = np.arange(0.0, COARSEST, SPACING)
+    places = SPACING * np.arange(math.floor(COARSEST / SPACING) + 1)
     scaled = min(dt * kinetics_rate / MEASURED_RATE, MEASURED_STEPS[-1])
+    known = dict(zip(resolution.CELLS_PER_FOOT, resolution.RELATIVE_SPEED, strict=True))
     rows = []
     for speeds in RELATIVE_SPEEDS:
-        slow = np.array(speeds)
-        sizes = np.array(CELLS_PER_FOOT) / slow
-        rows.append(np.interp(places, sizes, (slow**-2 - 1.0) / sizes**4))
+        further = [known[cells] / known[CELLS_PER_FOOT[-1]] * speeds[-1] for cells in BEYOND]
+        slow = np.array([*speeds, *further])
+        sizes = np.array([*CELLS_PER_FOOT, *BEYOND]) / slow
+        # Between its entries f - 1 is a power of the size; below them the fourth, the order of the differences.
+        law = np.log((slow**-2 - 1.0) / sizes**4)
+        rows.append(np.exp(np.interp(np.log(np.maximum(places, sizes[0])), np.log(sizes), law)))
     # Errors of the step go with its square.
     squares = np.square(MEASURED_STEPS)
     above = min(int(np.searchsorted(squares, scaled**2, side="right")), len(rows) - 1)
@@ -81,3 +90,36 @@ def correction_table(dt: float, kinetics_rate: float = MEASURED_RATE) -> Floats:
 def correction(cells_per_foot: float, table: Floats) -> float:
     """Factor on the conduction between cells of so many feet."""
     return float(np.interp(cells_per_foot / SPACING, np.arange(table.size), table))
+
+
+@compiled
+def correct_front(
+    cells_per_foot: float, spacing: float, table: np.ndarray, scale: float, coefficient: np.ndarray
+) -> None:
+    """Multiply the conduction of every face by the factor for its cells, Eq. (85), in place.
+
+    cells_per_foot: at coefficient = scale, where the stretch is 1; better conduction makes the foot longer. table:
+    factors for 0, spacing, 2 spacing... cells per foot.
+    """
+    per_spacing = cells_per_foot / spacing
+    last = table.size - 1
+    for t in range(coefficient.shape[0]):
+        for j in range(coefficient.shape[1]):
+            if coefficient[t, j] <= 0.0:
+                continue
+            place = per_spacing * math.sqrt(scale / coefficient[t, j])
+            k = min(int(min(place, float(last))), last - 1)
+            share = min(place - k, 1.0)
+            coefficient[t, j] *= table[k] + share * (table[k + 1] - table[k])
+
+
+def raised_resistance(resistance: Floats, cells_per_foot: float, table: Floats) -> Floats:
+    """Resistance of faces to conduction as the correction leaves it, Eq. (85), of any shape.
+
+    resistance: stretch over the factor on conductivity; infinite where a face does not conduct. cells_per_foot: where
+    that is 1. table: `correction_table`.
+    """
+    with np.errstate(divide="ignore"):
+        conduction = 1.0 / resistance
+        correct_front(cells_per_foot, SPACING, table, 1.0, conduction.reshape(-1, 1))
+        return np.asarray(1.0 / conduction)

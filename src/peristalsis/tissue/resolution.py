@@ -1,4 +1,4 @@
-"""How much too slow a front runs on cells that are coarse for it: a measured law, for warnings before a run.
+"""How much too slow a front runs on cells that are coarse for it: a measured law.
 
 A front's speed on a grid depends on one number, the cell size over the length of its foot, D/c, since D and the cell
 size enter conduction through D/h^2 alone. So one table serves both layers, both directions and every stretch.

@@ -48,6 +48,13 @@ class Conductivities(NamedTuple):
         return self.inner_around * self.outer_around / (self.inner_around + self.outer_around)
 
     @property
+    def alike(self) -> Conductivities:
+        """Media of equal anisotropy with the same series conductivities: what the pseudo-bidomain takes, Eq. (96)."""
+        inner, outer = self.inner_axial, self.outer_axial
+        around = self.effective_around / self.effective_axial
+        return Conductivities(inner, outer, inner * around, outer * around)
+
+    @property
     def mismatch(self) -> float:
         """k_z (g_is + g_os) - g_is: what drives the extracellular correction (37); zero with equal anisotropy."""
         if self.inner_axial * self.outer_around == self.inner_around * self.outer_axial:
@@ -73,10 +80,11 @@ class SurfaceOperator(Protocol):
     def ring_rate(self) -> float:
         """Bound on what fluxes around the ring add to the largest decay rate along z [1/ms]."""
 
-    def apply(self, padded: Floats, rate: Floats) -> None:
-        """Conduction of the potential, C_m^-1 M_vs L V, into `rate` [mV/ms], size n_z*n_theta.
+    def apply(self, padded: Floats, rate: Floats, low: int, high: int) -> None:
+        """Conduction of the potential, C_m^-1 M_vs L V, at the cells low...high - 1 into `rate` [mV/ms].
 
-        padded: potential [mV] with two ghost rings a side, size (n_z + 4)*n_theta; its ghosts are filled here.
+        padded: potential [mV] with two ghost rings a side, size (n_z + 4)*n_theta; its ghosts are filled here. rate:
+        of all n_z*n_theta cells. low, high: whole rings; the rate of other cells is left as it is.
         """
 
 
@@ -115,18 +123,20 @@ def around_ring(potential: np.ndarray, coefficient: np.ndarray, factor: float, r
 
 
 @compiled
-def diffuse_surface(padded: np.ndarray, along: np.ndarray, around: np.ndarray, rate: np.ndarray) -> None:
+def diffuse_surface(
+    padded: np.ndarray, along: np.ndarray, around: np.ndarray, rate: np.ndarray, low: int, high: int
+) -> None:
     """Divergence of the fluxes along z and around the ring, flattened, into `rate`; fills the ghosts of `padded`.
 
     padded: potential with two ghost rings a side, size (n_z + 4)*n_theta. along: at the inner z faces over (24 h)^2,
-    (n_z - 1, n_theta). around: (n_z, n_theta) over (24 ds)^2. Along z the arithmetic of `conduction.diffuse`, ring
-    by ring, so that fluxes stay in cache.
+    (n_z - 1, n_theta). around: (n_z, n_theta) over (24 ds)^2. Only the rings low...high - 1 are done. Along z the
+    arithmetic of `conduction.diffuse`, ring by ring, so that fluxes stay in cache.
     """
     n_z, n = around.shape
     fill_ghosts(padded, n)
     closed, ring = np.empty(n + 3), np.empty(n + 3)
     flux = np.zeros((4, n))  # faces i - 2 ... i + 1 of cell i, each in the row (face + 2) % 4
-    for face in range(-1, n_z + 1):
+    for face in range(max(low - 2, -1), min(high, n_z) + 1):
         here = flux[(face + 2) % 4]
         if face < 0 or face == n_z - 1:
             here[:] = 0.0
@@ -141,7 +151,7 @@ def diffuse_surface(padded: np.ndarray, along: np.ndarray, around: np.ndarray, r
         if face == 0:
             flux[0] = -here
         i = face - 1
-        if i < 0:
+        if i < low:
             continue
         one, two, three = flux[i % 4], flux[(i + 1) % 4], flux[(i + 2) % 4]
         _ring_fluxes(padded[(i + 2) * n : (i + 3) * n], around[i], 1.0, closed, ring)
@@ -205,9 +215,10 @@ class Monodomain:
             return 0.0
         return self._scale * (inner * outer / (inner + outer) - g.effective_axial * along)
 
-    def apply(self, padded: Floats, rate: Floats) -> None:
+    def apply(self, padded: Floats, rate: Floats, low: int, high: int) -> None:
         """Conduction of the potential into `rate` [mV/ms]; see `SurfaceOperator`."""
-        diffuse_surface(padded, self.along, self.around, rate)
+        n_theta = self._shape[1]
+        diffuse_surface(padded, self.along, self.around, rate, low // n_theta, high // n_theta)
 
 
 def stability_rate(rate: float, ring_rate: float) -> float:

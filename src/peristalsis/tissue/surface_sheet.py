@@ -67,7 +67,7 @@ def advance_surface_sheet(
                     return int(bad)
                 cell.respond(last, table, exact, constants, instant, low, high)
             if operator is not None:
-                operator.apply(padded[j % 3], spread)
+                operator.apply(padded[j % 3], spread, low, high)
             if j == 0:
                 first_stage(v, rates, dt, constants, stages[0, 2], low, high, rate_0, new)
             else:

@@ -41,9 +41,16 @@ WITHOUT_EFFECT = ("run.checkpoint",)
 
 
 SLOTS = tuple(choices.SLOTS)
-LATER = {"tissue.front_correction": "none", "grid.exchange": "averages"}
-"""Choices that earlier versions did not have, and how they made them."""
 """Parameters that choose a part; where they choose the shipped one the digest is as without them."""
+LATER: Mapping[str, object] = {
+    "trigger.timing": "step",
+    "tissue.front_correction": "none",
+    "grid.exchange": "averages",
+    "tissue.bidomain": "full",
+    "solver.elliptic_tolerance": 1e-8,
+    "grid.n_theta_wall": 0,
+}
+"""Choices that earlier versions did not have, and what they did: there the digest is as without them."""
 ENDS = ("run.duration", "run.stop_when_expelled", "run.stop_when_arrested", "run.stop_position")
 """Parameters that say when a run ends, and change nothing before."""
 
@@ -309,8 +316,6 @@ class Configuration(Sections):
             without = (*without, "step.control", "step.longest", "step.shortest", "step.tolerance")
         else:
             without = (*without, "step.wall")
-        if self.trigger.timing == "step":
-            without = (*without, "trigger.timing")
         texts = {key: text for key, text in self.texts().items() if key not in without}
         foreign = choices.foreign(choices.in_use(self.flat()))
         if foreign:  # the same name may stand for another file tomorrow

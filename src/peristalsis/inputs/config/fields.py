@@ -153,6 +153,7 @@ class Tissue(Section):
     volume_to_surface: float = parameter("tissue.volume_to_surface", gt=0, le=10)
     kinetics_rate: float = parameter("tissue.kinetics_rate", gt=0, le=100)
     front_correction: Literal["none", "measured"] = parameter("tissue.front_correction")
+    bidomain: Literal["full", "pseudo"] = parameter("tissue.bidomain")
 
 
 class Cell(Section):
@@ -252,6 +253,12 @@ class Grid(Section):
     n_theta: int = parameter("grid.n_theta", ge=1, le=4096)
     n_theta_conduction: int = parameter("grid.n_theta_conduction", ge=0, le=4096)
     exchange: Literal["averages", "reconstructed"] = parameter("grid.exchange")
+    n_theta_wall: int = parameter("grid.n_theta_wall", ge=0, le=4096)
+
+    @property
+    def wall_columns(self) -> int:
+        """Columns on which the wall is solved: as many as it is shown on unless stated."""
+        return self.n_theta_wall or self.n_theta
 
     @property
     def conduction_columns(self) -> int:
@@ -295,6 +302,7 @@ class Solver(Section):
     max_newton: int = parameter("solver.max_newton", ge=1, le=1000)
     max_halvings: int = parameter("solver.max_halvings", ge=0, le=40)
     exact_kinetics: bool = parameter("solver.exact_kinetics")
+    elliptic_tolerance: float = parameter("solver.elliptic_tolerance", ge=1e-13, le=1e-2)
     integrator: Literal["implicit", "explicit"] = parameter("solver.integrator")
     explicit_damping: Literal["lagged", "predicted"] = parameter("solver.explicit_damping")
     explicit_safety: float = parameter("solver.explicit_safety", gt=0, le=1)

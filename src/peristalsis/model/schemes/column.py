@@ -11,7 +11,7 @@ from ...geometry.grid import SUB_CELLS
 from ...numerics.compiled import compiled
 from ...numerics.rates import rate_formula
 from ...numerics.transfer import average, average_within
-from ...tissue.front_correction import SPACING
+from ...tissue.front_correction import SPACING, correct_front
 from ...wall.membrane import LARGEST_STRETCH, SMALLEST_STRETCH
 from ..arrays import NewWall
 from ..balance import Work, momentum_from, work_from
@@ -22,7 +22,6 @@ from ..exchange import (
     active_force_at,
     conduction_between_averages,
     conduction_coefficient,
-    correct_front,
     drive_of_layer,
     level_elements,
     stretch_ahead,
@@ -78,7 +77,7 @@ def conduction(model: Model, layer: Layer, ahead: Ahead) -> Conduction:
             conduction_coefficient(*grid.elements_to_faces, scale, ahead.axial, found)
         if not isinstance(layer.conductivity, float):
             found *= layer.conductivity
-        law = model.front_law(layer)
+        law = layer.front_law(grid.cell_size, model.dt_cell)
         if law is not None:
             correct_front(law.cells_per_foot, SPACING, law.table, scale, found)
     return Conduction(found)

@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 
 from ...geometry.surface import equivalent_radius
 from ...tissue.bidomain import surface_operator
+from ...tissue.front_correction import raised_resistance
 from ...tissue.surface import SurfaceOperator, SurfaceSizes
 from ..balance import Work, momentum_from, work_on_surface
 from ..bookkeeping import ContactSummary
 from ..exchange import active_force_at
 from ..fields import axial_tension_of_elements, end_reactions
-from ..model import Layer, Model
+from ..model import FrontLaw, Layer, Model
 from ..muscle import drive_of_cells
 from ..ranges import stretches_outside
 from ..scheme import Ahead, Conduction, Solved, StepSummary
@@ -51,13 +52,14 @@ def _operator(model: Model, layer: Layer, stretch: Stretches) -> SurfaceOperator
     with np.errstate(divide="ignore"):  # where a region blocks conduction the resistance is infinite
         along = grid.elements_at_faces(stretch.axial) / layer.conductivity
         around = grid.nodes_at_ring_faces(stretch.hoop) / layer.conductivity_around
-    return surface_operator(
-        layer.diffusivity,
-        layer.conductivities,
-        SurfaceSizes(grid.cell_size, grid.column_width(model.wall.radius)),
-        along,
-        around,
-    )
+    sizes = SurfaceSizes(grid.cell_size, grid.column_width(model.wall.radius))
+    along = _corrected(along, layer.front_law(sizes.axial, model.dt_cell))
+    around = _corrected(around, layer.front_law(sizes.around, model.dt_cell, around=True))
+    return surface_operator(layer.diffusivity, layer.conductivities, sizes, along, around, model.elliptic)
+
+
+def _corrected(resistance: Floats, law: FrontLaw | None) -> Floats:
+    return resistance if law is None else raised_resistance(resistance, law.cells_per_foot, law.table)
 
 
 def solve_wall(
