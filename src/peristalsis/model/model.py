@@ -161,6 +161,7 @@ class Model:
 
     start_position: pellet centre before t = 0 [cm]. free_radius: of the pellet-free tube at p0 [cm], at the nodes.
     surface, sideways_friction [mN s/cm]: of a wall on the whole surface; None keeps the pellet on the axis.
+    surface_tolerance, mixed_newton: of its solver, where drive or wall vary around the ring.
     explicit: None for the implicit wall. stimuli_longitudinal, stimuli_circular: those at listed times. binding: of the
     kernels to the chosen law and shape.
     """
@@ -188,6 +189,8 @@ class Model:
     free_radius: Floats
     surface: SurfaceConstants
     sideways_friction: float | None
+    surface_tolerance: float
+    mixed_newton: bool
     friction: FrictionLaw = CONSTANT
     explicit: ExplicitScheme | None = None
     stimuli_longitudinal: Listed = NO_PULSES

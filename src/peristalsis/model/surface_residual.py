@@ -50,7 +50,7 @@ class Trial:
         pad(self.places, self.padded)
         if not measure_edges(self.padded, p.wall, self.edges):
             return False
-        if not load_edges(self.edges, p.stretch_history, p.hoop_history, p.step.slope, p.drive, p.wall):
+        if not self._load():
             return False
         pad(self.places - p.history, self.moved)
         volume_gradient(self.padded, 1.0 / self.arc, self.gradient)
@@ -80,6 +80,11 @@ class Trial:
         self.merit = math.sqrt(total)
         self.worst = max(float(errors.max()), contact_worst, float(scalar_errors.max()))
         return True
+
+    def _load(self) -> bool:
+        """Forces of the edges from the tensions at their corners; False where the law is not admissible."""
+        p = self.problem
+        return load_edges(self.edges, p.stretch_history, p.hoop_history, p.step.slope, p.drive, p.wall)
 
     @property
     def unit(self) -> float:
