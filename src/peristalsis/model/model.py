@@ -161,7 +161,7 @@ class Model:
 
     start_position: pellet centre before t = 0 [cm]. free_radius: of the pellet-free tube at p0 [cm], at the nodes.
     surface, sideways_friction [mN s/cm]: of a wall on the whole surface; None keeps the pellet on the axis.
-    surface_tolerance, mixed_newton: of its solver, where drive or wall vary around the ring.
+    surface_tolerance, mixed_newton, coupled_modes: of its solver, where drive or wall vary around the ring.
     explicit: None for the implicit wall. stimuli_longitudinal, stimuli_circular: those at listed times. binding: of the
     kernels to the chosen law and shape.
     """
@@ -191,6 +191,7 @@ class Model:
     sideways_friction: float | None
     surface_tolerance: float
     mixed_newton: bool
+    coupled_modes: int
     friction: FrictionLaw = CONSTANT
     explicit: ExplicitScheme | None = None
     stimuli_longitudinal: Listed = NO_PULSES

@@ -108,6 +108,7 @@ def try_surface_wall(
         tolerance=model.surface_tolerance if varies else model.tolerance,
         gap_tolerance=model.gap_tolerance,
         max_iterations=model.max_newton,
+        modes=model.coupled_modes if varies else 0,
     )
     if mixed:
         tensions = _tensions(model, wall, now)
