@@ -87,7 +87,7 @@ def tolerance_of(trial: Trial) -> float:
 
 
 def forcing_of(merit: float, last: float) -> float:
-    """Share of the merit to which a linear system is solved; last: the merit before, infinite in the first iteration."""
+    """Share of the merit to which a linear system is solved; last: the merit before, infinite at first."""
     return min(LOOSEST, max(TIGHTEST, 0.9 * (merit / last) ** 2)) if math.isfinite(last) else LOOSEST
 
 

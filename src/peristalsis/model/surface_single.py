@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..numerics.constraint import project
 from ..numerics.krylov import KrylovSolution, flexible_gmres
-from ..numerics.ring_single import SingleSolver
+from ..numerics.ring_single import SingleFactors
 from .surface_residual import Trial
 from .surface_tangent import Borders, Tangent
 
@@ -24,20 +24,17 @@ MOST_CORRECTIONS = 4
 class _SingleSystem:
     """The bordered tangent as GMRES sees it: vectors of nodes, then scalars, weighed as in the merit."""
 
-    def __init__(self, trial: Trial, tangent: Tangent, borders: Borders) -> None:
+    def __init__(self, trial: Trial, tangent: Tangent, borders: Borders, factors: SingleFactors) -> None:
         self.tangent, self.borders, self.shape = tangent, borders, trial.places.shape
         self.present = trial.problem.pellet.present
         count, self.size = trial.scalars.size, borders.right.size
         self.wall_weight, self.weights = 1.0 / (trial.unit * math.sqrt(self.shape[2])), trial.weights
         self.columns = borders.columns.reshape(count, self.size)
         self.rows = borders.rows.reshape(count, self.size)
-        self.solver = SingleSolver(tangent.operator, tangent.constraint, trial.problem.modes)
-        self.singular = self.solver.singular
-        if self.singular:
-            return
+        self._factors = factors
         self._columns, self._rows = self.columns.astype(np.float32), self.rows.astype(np.float32)
         self._corner, self._weights = borders.corner.astype(np.float32), self.weights.astype(np.float32)
-        self._cleaned = np.stack([self.solver.in_modes(c.reshape(self.shape)).ravel() for c in self._columns])
+        self._cleaned = np.stack([self._factors.in_modes(c.reshape(self.shape)).ravel() for c in self._columns])
         self._schur = borders.corner - self._rows @ self._cleaned.T
         self.singular = not np.all(np.isfinite(self._schur)) or bool(abs(np.linalg.det(self._schur)) < 1e-300)
 
@@ -49,7 +46,7 @@ class _SingleSystem:
         """The system times a vector."""
         scalars = vector[self.size :]
         image = np.empty_like(vector)
-        moved = self.solver.times(vector[: self.size].reshape(self.shape)).ravel()
+        moved = self._factors.times(vector[: self.size].reshape(self.shape)).ravel()
         moved += scalars @ self._columns
         np.multiply(moved, np.float32(self.wall_weight), out=image[: self.size])
         image[self.size :] = self._weights * (self._rows @ vector[: self.size] + self._corner @ scalars)
@@ -59,7 +56,7 @@ class _SingleSystem:
         """The wall by itself, then the scalars."""
         field = vector[: self.size] * np.float32(1.0 / self.wall_weight)
         solution = np.empty_like(vector)
-        bare = self.solver.precondition(field.reshape(self.shape)).ravel()
+        bare = self._factors.precondition(field.reshape(self.shape)).ravel()
         scalars = np.linalg.solve(self._schur, vector[self.size :] / self.weights - self._rows @ bare)
         solution[self.size :] = scalars
         solution[: self.size] = bare - scalars.astype(np.float32) @ self._cleaned
@@ -83,7 +80,10 @@ class _SingleSystem:
 
 def solve_in_single(trial: Trial, tangent: Tangent, borders: Borders, target: float) -> KrylovSolution | None:
     """The bordered tangent solved to a residual of `target`; None if a part of the preconditioner is singular."""
-    system = _SingleSystem(trial, tangent, borders)
+    factors = trial.single_solver().factor(tangent.operator, tangent.constraint)
+    if factors is None:
+        return None
+    system = _SingleSystem(trial, tangent, borders, factors)
     if system.singular:
         return None
     left = system.right()

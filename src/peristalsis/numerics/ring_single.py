@@ -12,12 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .column_solver import ColumnSolver, Columns, take
+from .column_solver import Columns, ColumnSolver, take
 from .compiled import compiled
 from .constraint import Constraint
+from .coupled_band import Coupled, solve_coupled
 from .ring_average import Scale, scale_of_nodes
 from .ring_blocks import RingOperator, pad
-from .ring_coupled import Coupled, CoupledModes, solve_coupled
+from .ring_coupled import CoupledModes
 
 Singles = NDArray[np.float32]
 
@@ -294,32 +295,47 @@ def precondition_single(
     improve_half(columns, wide, False, right, image, work, out)
 
 
-class SingleSolver:
-    """An operator with its preconditioner in single precision. One object serves one tangent."""
+class SingleFactors(NamedTuple):
+    """An operator with its preconditioner."""
 
-    def __init__(self, operator: RingOperator, constraint: Constraint, modes: int) -> None:
-        n, m = constraint.held.shape
-        scale = Scale(np.empty((n, 3, m)), np.zeros((n, m)))
-        scale_of_nodes(operator, constraint, scale)
-        self.stiffness = scale.stiffness
-        coupled = CoupledModes(operator, constraint, scale, min(modes, (m - 1) // 2))
-        lines = ColumnSolver(operator, constraint, scale.stiffness)
-        self.singular = coupled.singular or lines.singular
-        self._columns = Columns(*(part.astype(np.float32) for part in lines.columns))
-        self._modes = CoupledPart(coupled.factors, coupled.fields, scale.inverse.astype(np.float32))
+    operator: SingleOperator
+    columns: Columns
+    modes: CoupledPart
+    work: SingleWork
+
+    def times(self, field: Singles) -> Singles:
+        """The constrained operator times a field (n, 3, m)."""
+        out = np.empty_like(field)
+        multiply_single(self.operator, field, self.work, out)
+        return out
+
+    def precondition(self, right: Singles) -> Singles:
+        """An approximate solution for a right-hand side (n, 3, m)."""
+        out = np.empty_like(right)
+        precondition_single(self.operator, self.columns, self.modes, right, self.work, out)
+        return out
+
+    def in_modes(self, right: Singles) -> Singles:
+        """The solution in the space of coupled modes alone."""
+        out = np.zeros_like(right)
+        add_coupled(self.modes, right, self.work, out)
+        return out
+
+
+class SingleSolver:
+    """Preconditioners of operators of one shape (n rows, m columns), made one after the other in the same arrays.
+
+    modes: coupled are as many as asked for, and no more than columns carry.
+    """
+
+    def __init__(self, n: int, m: int, modes: int) -> None:
+        self._scale = Scale(np.zeros((n, 3, m)), np.zeros((n, m)))
+        self._coupled = CoupledModes(n, m, min(modes, (m - 1) // 2))
+        self._columns = Columns(*(np.zeros((n, 3, 3, m), np.float32) for _ in range(5)))
+        self._blocks = np.zeros((n, 9, 3, 3, m), np.float32)
         angles = 2.0 * math.pi * np.arange(m) / m
-        self._operator = SingleOperator(
-            operator.blocks.astype(np.float32),
-            np.float32(operator.bend_along),
-            np.float32(operator.bend_around),
-            np.float32(operator.tether),
-            constraint.held,
-            constraint.rows,
-            constraint.normal.astype(np.float32),
-            scale.stiffness.astype(np.float32),
-            np.stack([np.cos(angles), np.sin(angles)]).astype(np.float32),
-        )
-        shape, size = (n, 3, m), 3 * coupled.fields.shape[1]
+        self._turn = np.stack([np.cos(angles), np.sin(angles)]).astype(np.float32)
+        shape, size = (n, 3, m), 3 * self._coupled.fields.shape[1]
         self._work = SingleWork(
             np.zeros((n, 3, m + 2), np.float32),
             np.zeros(m + 2, np.float32),
@@ -330,20 +346,29 @@ class SingleSolver:
             np.zeros(size, np.float32),
         )
 
-    def times(self, field: Singles) -> Singles:
-        """The constrained operator times a field (n, 3, m)."""
-        out = np.empty_like(field)
-        multiply_single(self._operator, field, self._work, out)
-        return out
-
-    def precondition(self, right: Singles) -> Singles:
-        """An approximate solution for a right-hand side (n, 3, m)."""
-        out = np.empty_like(right)
-        precondition_single(self._operator, self._columns, self._modes, right, self._work, out)
-        return out
-
-    def in_modes(self, right: Singles) -> Singles:
-        """The solution in the space of coupled modes alone."""
-        out = np.zeros_like(right)
-        add_coupled(self._modes, right, self._work, out)
-        return out
+    def factor(self, operator: RingOperator, constraint: Constraint) -> SingleFactors | None:
+        """The factors of an operator, which hold until the next ones are made; None where a part is singular."""
+        scale_of_nodes(operator, constraint, self._scale)
+        lines = ColumnSolver(operator, constraint, self._scale.stiffness)
+        if lines.singular or not self._coupled.factor(operator, constraint, self._scale):
+            return None
+        for part, source in zip(self._columns, lines.columns, strict=True):
+            part[...] = source
+        self._blocks[...] = operator.blocks
+        inverse = self._scale.inverse.astype(np.float32)
+        return SingleFactors(
+            SingleOperator(
+                self._blocks,
+                np.float32(operator.bend_along),
+                np.float32(operator.bend_around),
+                np.float32(operator.tether),
+                constraint.held,
+                constraint.rows,
+                constraint.normal.astype(np.float32),
+                self._scale.stiffness.astype(np.float32),
+                self._turn,
+            ),
+            self._columns,
+            CoupledPart(self._coupled.factors, self._coupled.fields, inverse),
+            self._work,
+        )
