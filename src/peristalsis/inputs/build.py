@@ -121,6 +121,9 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
             c.wall.shear_viscosity, c.wall.bending_stiffness_around, c.wall.bending_viscosity_around, c.wall.foundation
         ),
         sideways_friction=c.pellet.sideways_friction if c.pellet.sideways == "free" else None,
+        surface_tolerance=c.solver.surface_tolerance,
+        mixed_newton=c.solver.surface_newton == "mixed",
+        coupled_modes=c.solver.surface_modes,
         friction=FrictionLaw(c.pellet.static_friction_factor, c.pellet.friction_coefficient),
         explicit=_explicit(c),
         stimuli_longitudinal=like.stimuli_longitudinal if like and same("stimuli") else _listed(c, "longitudinal"),

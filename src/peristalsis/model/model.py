@@ -193,6 +193,7 @@ class Model:
     start_position: pellet centre before t = 0 [cm]. free_radius: of the pellet-free tube at p0 [cm], at the nodes.
     surface, sideways_friction [mN s/cm]: of a wall on the whole surface; None keeps the pellet on the axis.
     control: of the length of the steps, of which dt_wall is then the longest; None keeps them as long as that.
+    surface_tolerance, mixed_newton, coupled_modes: of its solver, where drive or wall vary around the ring.
     explicit: None for the implicit wall. stimuli_longitudinal, stimuli_circular: those at listed times. binding: of the
     kernels to the chosen law and shape. reconstructs: whether wall and sheets see one another between cells and
     elements, Eqs. (86)-(88). elliptic: of the bidomain on the whole surface.
@@ -221,6 +222,9 @@ class Model:
     free_radius: Floats
     surface: SurfaceConstants
     sideways_friction: float | None
+    surface_tolerance: float
+    mixed_newton: bool
+    coupled_modes: int
     friction: FrictionLaw = CONSTANT
     explicit: ExplicitScheme | None = None
     stimuli_longitudinal: Listed = NO_PULSES

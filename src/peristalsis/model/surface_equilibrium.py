@@ -31,11 +31,9 @@ def solve_surface(places: Floats, density: Floats, scalars: Floats, problem: Sur
 
     The end rows of `places` are held. Unless the code is CONVERGED the arrays hold a trial state that must not be used.
     """
-    wall, step = problem.wall, problem.step
     trial = Trial(problem, places, density, scalars)
     n, _, m = places.shape
-    reach = ROUNDOFF * float(places[-1, 2].max()) / wall.element_size * wall.viscosity * step.slope / trial.unit
-    tolerance = max(problem.tolerance, reach)
+    tolerance = tolerance_of(trial)
     blocks = np.empty((n, 9, 3, 3, m))
     merits = np.full(MEMORY, math.inf)
     iteration = assemblies = krylov = 0
@@ -67,7 +65,7 @@ def solve_surface(places: Floats, density: Floats, scalars: Floats, problem: Sur
         merits[iteration % MEMORY] = trial.merit
         if iteration == 0:
             merits[:] = FIRST_ALLOWANCE * trial.merit
-        forcing = min(LOOSEST, max(TIGHTEST, 0.9 * (trial.merit / last_merit) ** 2)) if iteration else LOOSEST
+        forcing = forcing_of(trial.merit, last_merit)
         last_merit = trial.merit
         found = newton_update(trial, blocks, max(forcing * trial.merit, 0.3 * tolerance))
         if found is None:
@@ -79,6 +77,18 @@ def solve_surface(places: Floats, density: Floats, scalars: Floats, problem: Sur
         iteration += 1
         for array, change in zip((places, density, scalars), update, strict=True):
             array += change
+
+
+def tolerance_of(trial: Trial) -> float:
+    """Largest residual at which a state is accepted: what was asked for, or what rounding of the places leaves."""
+    wall, slope = trial.problem.wall, trial.problem.step.slope
+    reach = ROUNDOFF * float(trial.places[-1, 2].max()) / wall.element_size * wall.viscosity * slope / trial.unit
+    return max(trial.problem.tolerance, reach)
+
+
+def forcing_of(merit: float, last: float) -> float:
+    """Share of the merit to which a linear system is solved; last: the merit before, infinite at first."""
+    return min(LOOSEST, max(TIGHTEST, 0.9 * (merit / last) ** 2)) if math.isfinite(last) else LOOSEST
 
 
 def merit_of(places: Floats, density: Floats, scalars: Floats, problem: SurfaceProblem) -> float:

@@ -31,7 +31,8 @@ class SurfaceProblem:
     """What a step is given. Fields (n, 3, m) in frames of columns; see `equilibrium.solve_equilibrium` for the rest.
 
     shear_history: of the patches, (n - 1, m). friction_weight: (n, m), sums to one or zero. sideways: None keeps the
-    pellet on the axis.
+    pellet on the axis. modes: those around the ring that the preconditioner couples, in single precision; 0 for the
+    average around the ring.
     """
 
     history: Floats
@@ -50,6 +51,7 @@ class SurfaceProblem:
     tolerance: float
     gap_tolerance: float
     max_iterations: int
+    modes: int = 0
 
 
 class SurfaceVerdict(NamedTuple):

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..geometry.surface import column_angles, surface_volume, volume_gradient
 from ..numerics.ring_blocks import pad
+from ..numerics.ring_single import SingleSolver
 from ..pellet.friction import held_by_ends, sliding_velocity
 from ..pellet.surface_contact import force_on_pellet, measure_contact, no_contact
 from ..wall.surface import Edges, add_edge_forces, load_edges, measure_edges, new_edges
@@ -35,6 +36,7 @@ class Trial:
         self.scalar_residual = np.zeros(scalars.size)
         self.volume = self.law = self.speed_slope = 0.0
         self.merit = self.worst = math.inf
+        self._solver: SingleSolver | None = None
         self.arc = 2.0 * math.pi * problem.wall.radius / m
         angles = column_angles(m)
         zero, one = np.zeros(m), np.ones(m)
@@ -50,7 +52,7 @@ class Trial:
         pad(self.places, self.padded)
         if not measure_edges(self.padded, p.wall, self.edges):
             return False
-        if not load_edges(self.edges, p.stretch_history, p.hoop_history, p.step.slope, p.drive, p.wall):
+        if not self._load():
             return False
         pad(self.places - p.history, self.moved)
         volume_gradient(self.padded, 1.0 / self.arc, self.gradient)
@@ -80,6 +82,18 @@ class Trial:
         self.merit = math.sqrt(total)
         self.worst = max(float(errors.max()), contact_worst, float(scalar_errors.max()))
         return True
+
+    def single_solver(self) -> SingleSolver:
+        """What solves the linear systems of this solve in single precision; the same for all of them."""
+        if self._solver is None:
+            n, _, m = self.places.shape
+            self._solver = SingleSolver(n, m, self.problem.modes)
+        return self._solver
+
+    def _load(self) -> bool:
+        """Forces of the edges from the tensions at their corners; False where the law is not admissible."""
+        p = self.problem
+        return load_edges(self.edges, p.stretch_history, p.hoop_history, p.step.slope, p.drive, p.wall)
 
     @property
     def unit(self) -> float:

@@ -14,6 +14,7 @@ from ..pellet.friction import held_by_ends, sliding_velocity
 from ..pellet.surface_contact import force_on_pellet, measure_contact, no_contact
 from ..wall.constants import SurfaceConstants
 from ..wall.surface import measure_edges, new_edges
+from ..wall.surface_mixed import tensions_of_state
 from ..wall.surface_regularisers import patch_shear
 from .equilibrium import CONVERGED, OUT_OF_RANGE, ROUNDED, History, Limits, Step, Unknowns, solve_equilibrium
 from .friction import friction_ahead
@@ -21,8 +22,12 @@ from .model import Model
 from .scheme import Solved
 from .state import PelletState, WallState
 from .surface_equilibrium import Sideways, SurfaceProblem, SurfaceVerdict, merit_of, solve_surface
+from .surface_mixed import solve_mixed
 
 Floats = NDArray[np.float64]
+
+UNIFORM = 1e-6
+"""Share of its largest value by which drive or wall may vary around the ring and the step be one of the ring."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,10 @@ def try_surface_wall(
     if now is None or past is None:
         return OUT_OF_RANGE, None
     history = formula.history(places, before)
-    trend = 1.0 + 0.5 * dt / wall.step_before if wall.step_before > 0.0 else 1.0
+    varies = _varies(places, drive)
+    mixed = varies and model.mixed_newton
+    # Carried on with their rates alone, places are nearer to the solution where wall goes slack and taut.
+    trend = 1.0 + 0.5 * dt / wall.step_before if wall.step_before > 0.0 and not mixed else 1.0
     guess = places + dt * (trend * velocity - (trend - 1.0) * velocity_before)
     guess[[0, -1]] = places[[0, -1]]  # the clamped ends, to the last bit
     density = wall.contact.copy()
@@ -97,16 +105,39 @@ def try_surface_wall(
         pellet=model.pellet._replace(dry=dry),
         lumen=model.lumen,
         sideways=aside,
-        tolerance=model.tolerance,
+        tolerance=model.surface_tolerance if varies else model.tolerance,
         gap_tolerance=model.gap_tolerance,
         max_iterations=model.max_newton,
+        modes=model.coupled_modes if varies else 0,
     )
-    if mean_first:
-        guess, density, scalars = _better_guess(model, problem, formula, places, before, guess, density, scalars)
-    verdict = solve_surface(guess, density, scalars, problem)
+    if mixed:
+        tensions = _tensions(model, wall, now)
+        verdict = solve_mixed(guess, density, scalars, tensions, problem)
+    else:
+        if mean_first:
+            guess, density, scalars = _better_guess(model, problem, formula, places, before, guess, density, scalars)
+        verdict = solve_surface(guess, density, scalars, problem)
     if verdict.code != CONVERGED:
         return verdict.code, None
     return CONVERGED, _state_after(model, wall, problem, verdict, guess, density, scalars, drive, dt)
+
+
+def _varies(places: Floats, drive: Floats) -> bool:
+    """Whether wall or drive vary around the ring by more than rounding and noise."""
+
+    def spread(field: Floats) -> float:
+        return float(np.ptp(field, axis=2).max()) / float(np.abs(field).max(initial=1e-300))
+
+    return spread(drive) > UNIFORM or spread(places) > UNIFORM
+
+
+def _tensions(model: Model, wall: WallState, now: Kinematics) -> Floats:
+    """Tensions before the floor at the start of a step, (2, 4 n_z_wall, m)."""
+    n, m = now.hoop.shape
+    carried = np.empty((2, 4 * (n - 1), m))
+    rates = (np.ascontiguousarray(wall.stretch_rate), np.ascontiguousarray(wall.hoop_rate))
+    tensions_of_state(now.stretch, now.hoop, *rates, np.ascontiguousarray(wall.drive), model.wall, carried)
+    return carried
 
 
 def _better_guess(

@@ -9,15 +9,14 @@ from numpy.typing import NDArray
 
 from ..numerics.column_solver import ColumnSolver
 from ..numerics.constraint import add_normal, project
-from ..numerics.krylov import flexible_gmres
+from ..numerics.krylov import KrylovSolution, flexible_gmres
 from ..numerics.ring_solver import RingSolver
 from .surface_problem import F, P
 from .surface_residual import Trial
+from .surface_single import MOST_KRYLOV, solve_in_single
 from .surface_tangent import Borders, Tangent, borders_of, tangent_of
 
 Floats = NDArray[np.float64]
-
-MOST_KRYLOV = 80
 
 
 class _System:
@@ -98,6 +97,15 @@ class _System:
         return found
 
 
+def _solve_by_average(trial: Trial, tangent: Tangent, borders: Borders, target: float) -> KrylovSolution | None:
+    """The bordered tangent solved in double precision; None if a part of the preconditioner is singular."""
+    system = _System(trial, tangent, borders, target)
+    if system.singular:
+        return None
+    found = flexible_gmres(system.apply, system.precondition, system.right(), target, MOST_KRYLOV)
+    return None if system.singular else found
+
+
 def newton_update(trial: Trial, blocks: Floats, target: float) -> tuple[tuple[Floats, Floats, Floats], int] | None:
     """Changes of places, density and scalars from the linearised equations, and Krylov iterations; None if singular.
 
@@ -105,14 +113,15 @@ def newton_update(trial: Trial, blocks: Floats, target: float) -> tuple[tuple[Fl
     """
     tangent = tangent_of(trial, blocks)
     borders = borders_of(trial, tangent)
-    system = _System(trial, tangent, borders, target)
-    if system.singular:
+    if trial.problem.modes > 0:
+        found = solve_in_single(trial, tangent, borders, target)
+    else:
+        found = _solve_by_average(trial, tangent, borders, target)
+    if found is None or not np.all(np.isfinite(found.solution)):
         return None
-    found = flexible_gmres(system.apply, system.precondition, system.right(), target, MOST_KRYLOV)
-    if system.singular or not np.all(np.isfinite(found.solution)):
-        return None
-    change = found.solution[: system.size].reshape(trial.places.shape).copy()
-    scalar_change = found.solution[system.size :].copy()
+    size = borders.right.size
+    change = found.solution[:size].reshape(trial.places.shape).copy()
+    scalar_change = found.solution[size:].copy()
     density_change = -trial.density.copy()
     if trial.problem.pellet.present:
         project(tangent.constraint, change)

@@ -149,7 +149,7 @@ def factor_columns(columns: Columns, wide: bool) -> bool:
 
 
 @compiled
-def _take(block: np.ndarray, source: np.ndarray, first: int, last: int, out: np.ndarray) -> None:
+def take(block: np.ndarray, source: np.ndarray, first: int, last: int, out: np.ndarray) -> None:
     """out -= block source for the columns first ... last - 1."""
     for a in range(3):
         y = out[a]
@@ -173,23 +173,23 @@ def solve_columns(columns: Columns, wide: bool, odd: bool, right: np.ndarray, fi
     first = evens if odd else 0
     last = m if odd else evens
     shift = 1 if odd else 0
-    work = np.zeros((n, 3, m))
-    hold = np.empty((3, m))
+    work = np.zeros((n, 3, m), right.dtype)
+    hold = np.empty((3, m), right.dtype)
     for i in range(1, n - 1):
         for a in range(3):
             for k in range(first, last):
                 work[i, a, k] = right[i, a, 2 * (k - first) + shift]
         if i > 1:
-            _take(lower[i], work[i - 1], first, last, work[i])
+            take(lower[i], work[i - 1], first, last, work[i])
         if wide and i > 2:
-            _take(lower2[i], work[i - 2], first, last, work[i])
+            take(lower2[i], work[i - 2], first, last, work[i])
     for i in range(n - 2, 0, -1):
         if i < n - 2:
-            _take(upper[i], work[i + 1], first, last, work[i])
+            take(upper[i], work[i + 1], first, last, work[i])
         if wide and i < n - 3:
-            _take(upper2[i], work[i + 2], first, last, work[i])
+            take(upper2[i], work[i + 2], first, last, work[i])
         hold[:, :] = 0.0
-        _take(diagonal[i], work[i], first, last, hold)
+        take(diagonal[i], work[i], first, last, hold)
         for a in range(3):
             for k in range(first, last):
                 work[i, a, k] = -hold[a, k]
@@ -201,11 +201,11 @@ class ColumnSolver:
 
     def __init__(self, operator: RingOperator, constraint: Constraint, stiffness: Floats) -> None:
         n, m = constraint.held.shape
-        self._columns = Columns(*(np.zeros((n, 3, 3, m)) for _ in range(5)))
+        self.columns = Columns(*(np.zeros((n, 3, 3, m)) for _ in range(5)))
         self._wide = operator.bend_along != 0.0
-        fill_columns(operator, constraint, stiffness, self._columns)
-        self.singular = not factor_columns(self._columns, self._wide)
+        fill_columns(operator, constraint, stiffness, self.columns)
+        self.singular = not factor_columns(self.columns, self._wide)
 
     def solve(self, odd: bool, right: Floats, field: Floats) -> None:
         """Put the solution for the odd or the even columns into `field`; right, field: (n, 3, m)."""
-        solve_columns(self._columns, self._wide, odd, right, field)
+        solve_columns(self.columns, self._wide, odd, right, field)

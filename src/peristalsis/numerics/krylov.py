@@ -6,12 +6,15 @@ Source: Y. Saad, "A flexible inner-outer preconditioned GMRES algorithm", SIAM J
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+Floats = NDArray[Any]
+
+ENDED = 45.0
+"""The space is exhausted where a new direction is that many roundings of what it was made from."""
 
 
 class KrylovSolution(NamedTuple):
@@ -31,13 +34,16 @@ def flexible_gmres(
 ) -> KrylovSolution:
     """Solve apply(x) = right until the residual's norm is at most `target` or `most` iterations are done.
 
-    precondition(v, size) is given unit vectors, and the size that they had in the residual at that time.
+    precondition(v, size) is given unit vectors, and the size that they had in the residual at that time. Vectors are in
+    single or double precision, as `right` is.
     """
     norm = float(np.linalg.norm(right))
     if norm <= target or most < 1:
         return KrylovSolution(np.zeros_like(right), norm, 0)
-    basis = np.empty((most + 1, right.size))
-    spanned = np.empty((most, right.size))
+    kind = right.dtype
+    smallest = ENDED * float(np.finfo(kind).eps)
+    basis = np.empty((most + 1, right.size), kind)
+    spanned = np.empty((most, right.size), kind)
     hessenberg = np.zeros((most + 1, most))
     cosine, sine = np.zeros(most), np.zeros(most)
     rotated = np.zeros(most + 1)
@@ -55,9 +61,9 @@ def flexible_gmres(
         column = hessenberg[:, k]
         column[: k + 1] = weights + again
         column[k + 1] = np.linalg.norm(image)
-        ended = bool(column[k + 1] <= 1e-14 * start)
+        ended = bool(column[k + 1] <= smallest * start)
         if not ended:
-            basis[k + 1] = image / column[k + 1]
+            basis[k + 1] = image / float(column[k + 1])
         for q in range(k):
             upper = cosine[q] * column[q] + sine[q] * column[q + 1]
             column[q + 1] = cosine[q] * column[q + 1] - sine[q] * column[q]
@@ -73,4 +79,4 @@ def flexible_gmres(
         if abs(rotated[k + 1]) <= target or ended:
             break
     shares = np.linalg.solve(np.triu(hessenberg[:used, :used]), rotated[:used]) if used else np.zeros(0)
-    return KrylovSolution(shares @ spanned[:used], float(abs(rotated[used])), used)
+    return KrylovSolution(shares.astype(kind) @ spanned[:used], float(abs(rotated[used])), used)

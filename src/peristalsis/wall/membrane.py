@@ -54,6 +54,35 @@ def carried(one: float, two: float, three: float, fold: float, c: WallConstants)
 
 
 @inlined
+def before_floor(
+    longitudinal: float,
+    circumferential: float,
+    rate_longitudinal: float,
+    rate_circumferential: float,
+    rate_slope: float,
+    drive_longitudinal: float,
+    drive_circular: float,
+    c: WallConstants,
+) -> tuple[float, float, float, float, float, float, float, float, float, float, float]:
+    """Passive, active and viscous tension along, then around; slopes of their sums; W_lc and the blends' slopes.
+
+    (P_l, A_l, V_l, P_c, A_c, V_c, S_ll, S_cc, W_lc, b_l, b_c): S_lc = b_l W_lc and S_cl = b_c W_lc. For the arguments
+    see `tensions`.
+    """
+    wl, wc, wll, wlc, wcc = passive_tension(longitudinal, circumferential, c.passive)
+    pl, dpl = positive_part(wl, c.slack_blend)
+    pc, dpc = positive_part(wc, c.slack_blend)
+    ml, dml = active_tension(longitudinal, c.longitudinal)
+    mc, dmc = active_tension(circumferential, c.circular)
+    vl, vc = c.viscosity * rate_longitudinal, c.viscosity * rate_circumferential
+    al, ac = drive_longitudinal * ml, drive_circular * mc
+    viscous = c.viscosity * rate_slope
+    sll = viscous + drive_longitudinal * dml + dpl * wll
+    scc = viscous + drive_circular * dmc + dpc * wcc
+    return pl, al, vl, pc, ac, vc, sll, scc, wlc, dpl, dpc
+
+
+@inlined
 def tensions(
     longitudinal: float,
     circumferential: float,
@@ -70,18 +99,20 @@ def tensions(
     derivative by the stretch [1/s]; drives are factor * phi+ [mV]. This is the one place where the tensions are
     added up: what a caller does not read, the compiler drops.
     """
-    wl, wc, wll, wlc, wcc = passive_tension(longitudinal, circumferential, c.passive)
-    pl, dpl = positive_part(wl, c.slack_blend)
-    pc, dpc = positive_part(wc, c.slack_blend)
-    ml, dml = active_tension(longitudinal, c.longitudinal)
-    mc, dmc = active_tension(circumferential, c.circular)
-    vl, vc = c.viscosity * rate_longitudinal, c.viscosity * rate_circumferential
-    al, ac = drive_longitudinal * ml, drive_circular * mc
+    pl, al, vl, pc, ac, vc, sll, scc, wlc, dpl, dpc = before_floor(
+        longitudinal,
+        circumferential,
+        rate_longitudinal,
+        rate_circumferential,
+        rate_slope,
+        drive_longitudinal,
+        drive_circular,
+        c,
+    )
     fold_l, dfold_l = fold_resistance(longitudinal, c.fold_stretch, c.fold_tension)
     fold_c, dfold_c = fold_resistance(circumferential, c.fold_stretch, c.fold_tension)
     tl, dl = carried(vl, al, pl, fold_l, c)
     tc, dc = carried(vc, ac, pc, fold_c, c)
-    viscous = c.viscosity * rate_slope
     return (
         pl,
         al,
@@ -91,10 +122,10 @@ def tensions(
         ac,
         vc,
         tc,
-        dl * (viscous + drive_longitudinal * dml + dpl * wll) + dfold_l,
+        dl * sll + dfold_l,
         dl * dpl * wlc,
         dc * dpc * wlc,
-        dc * (viscous + drive_circular * dmc + dpc * wcc) + dfold_c,
+        dc * scc + dfold_c,
     )
 
 

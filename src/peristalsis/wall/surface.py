@@ -114,8 +114,8 @@ def measure_edges(padded: np.ndarray, c: WallConstants, edges: Edges) -> bool:
             edges.upper[i, 0, j] = ca * dx + sa * dy
             edges.upper[i, 1, j] = ca * dy - sa * dx
             edges.upper[i, 2, j] = dz
-        _wrap(edges.hoop_length, i)
-        _wrap(edges.hoop, i)
+        wrap(edges.hoop_length, i)
+        wrap(edges.hoop, i)
         for a in range(3):
             edges.lower[i, a, 0] = edges.lower[i, a, m]
             edges.lower[i, a, m + 1] = edges.lower[i, a, 1]
@@ -125,7 +125,8 @@ def measure_edges(padded: np.ndarray, c: WallConstants, edges: Edges) -> bool:
 
 
 @compiled
-def _wrap(field: np.ndarray, row: int) -> None:
+def wrap(field: np.ndarray, row: int) -> None:
+    """Put the first and last inner entries of a padded row where they are repeated."""
     m = field.shape[1] - 2
     field[row, 0] = field[row, m]
     field[row, m + 1] = field[row, 1]
@@ -186,11 +187,11 @@ def load_edges(
         for j in range(1, m + 1):
             edges.axial_force[e, j] *= weight / h
             edges.axial_slope[e, j] *= weight / (h * h)
-        _wrap(edges.axial_force, e)
-        _wrap(edges.axial_slope, e)
+        wrap(edges.axial_force, e)
+        wrap(edges.axial_slope, e)
         for corner in range(4):
-            _wrap(edges.lc, 4 * e + corner)
-            _wrap(edges.cl, 4 * e + corner)
+            wrap(edges.lc, 4 * e + corner)
+            wrap(edges.cl, 4 * e + corner)
     for i in range(elements + 1):
         # The loop above has put the share of the edge m - 1 -> 0 seen from column 0 at its left copy.
         edges.hoop_force[i, m] += edges.hoop_force[i, 0]
@@ -198,8 +199,8 @@ def load_edges(
         for j in range(1, m + 1):
             edges.hoop_force[i, j] *= weight / width
             edges.hoop_slope[i, j] *= weight / (width * width)
-        _wrap(edges.hoop_force, i)
-        _wrap(edges.hoop_slope, i)
+        wrap(edges.hoop_force, i)
+        wrap(edges.hoop_slope, i)
     return True
 
 

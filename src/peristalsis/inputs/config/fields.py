@@ -298,6 +298,9 @@ class Solver(Section):
     """Tolerances and limits of the solvers."""
 
     residual_tolerance: float = parameter("solver.residual_tolerance", ge=1e-14, le=1e-2)
+    surface_tolerance: float = parameter("solver.surface_tolerance", ge=1e-14, le=1e-1)
+    surface_newton: Literal["plain", "mixed"] = parameter("solver.surface_newton")
+    surface_modes: int = parameter("solver.surface_modes", ge=0, le=100)
     penetration_tolerance: float = parameter("solver.penetration_tolerance", ge=1e-12, le=0.1)
     max_newton: int = parameter("solver.max_newton", ge=1, le=1000)
     max_halvings: int = parameter("solver.max_halvings", ge=0, le=40)
