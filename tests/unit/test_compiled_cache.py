@@ -42,7 +42,7 @@ def package(tmp_path: Path) -> Path:
     copy = tmp_path / "site" / "peristalsis"
     for folder in ("numerics", "pellet"):
         (copy / folder).mkdir(parents=True)
-    for name in ("binding.py", "compiled.py", "sources.py"):
+    for name in ("binding.py", "compiled.py", "kept.py", "sources.py"):
         shutil.copy(PACKAGE / "numerics" / name, copy / "numerics")
     for folder in (copy, copy / "numerics", copy / "pellet"):
         (folder / "__init__.py").write_text("", encoding="utf-8")

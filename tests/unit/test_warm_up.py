@@ -93,6 +93,7 @@ import peristalsis.storing.environment
 peristalsis.storing.environment.processors = lambda: 2
 from peristalsis.running import warm_up
 from peristalsis.tissue import sheet
+sheet.advance_sheet.dispatcher  # numba makes its folder with its object
 with warm_up._second_process() as helper:
     print(helper is not None)
 """
