@@ -23,7 +23,7 @@ LARGE = 1_000
 CHUNK = 2**16
 """Bytes that are compressed together: a picture of one moment reads little more than it needs."""
 
-PLACE = "This is a netCDF dimension but not a netCDF variable. %10d"
+PLACE = "This is a netCDF dimension but not a netCDF variable.%10d"
 """What NetCDF-4 calls a scale that only says how long its dimension is."""
 
 LONGEST_ATTRIBUTE = 60_000
