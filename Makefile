@@ -54,7 +54,7 @@ demo: $(READY)
 TEST_WORKERS ?= 2
 
 test: $(READY)
-	@$(BIN)/python -m peristalsis.running.warm_up
+	@$(BIN)/peristalsis warm-up --surface
 	@$(BIN)/python -m pytest -q -n $(TEST_WORKERS) --dist worksteal
 
 lint: $(READY)

@@ -220,7 +220,7 @@ def test_kernels_are_compiled_for_a_processor_that_is_asked_for(package: Path, t
 
 
 def test_loading_leaves_out_what_only_compiling_needs(package: Path, tmp_path: Path) -> None:
-    """Not scipy.linalg, whose BLAS numba looks for, nor what it knows of Python's texts; a kernel compiled later finds all."""
+    """Not scipy.linalg, whose BLAS numba looks for, nor what it knows of texts; a later kernel finds all."""
     ask(package, tmp_path / "cache")
     program = f"""
 import sys

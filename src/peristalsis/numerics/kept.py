@@ -222,7 +222,7 @@ def _light_library(kind: Any) -> Any:
 
         @property
         def _shared_module(self) -> Any:
-            unread = vars(self).pop("_unread", None)
+            unread = self.__dict__.pop("_unread", None)
             if unread is not None:
                 self._read = parse(unread)
                 self._codegen._engine._load_defined_symbols(self._read)

@@ -49,9 +49,7 @@ def netcdf_image(
         for name, value in attributes.items():
             if value != "":
                 file.attrs[name] = _characters(value) if isinstance(value, str) else np.array([value], dtype=np.int32)
-        file.attrs["_NCProperties"] = _characters(
-            f"version=2,h5py={h5py.__version__},hdf5={h5py.version.hdf5_version}"
-        )
+        file.attrs["_NCProperties"] = _characters(f"version=2,h5py={h5py.__version__},hdf5={h5py.version.hdf5_version}")
         scales = _Scales(file)
         outputs = {name: foreign[name] if name in foreign else OUTPUTS[name] for name in arrays}
         # What measures a dimension comes first: it is the scale of the others.
