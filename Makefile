@@ -1,4 +1,4 @@
-# make demo | test | lint | coverage | verify | matrix | mutants | bench | robust | clean
+# make demo | test | lint | coverage | verify | matrix | mutants | bench | robust | wheel | clean
 #
 # Everything runs in .venv, made once and made again only when pyproject.toml or constraints.txt change.
 # Another interpreter: make demo PYTHON=python3.12
@@ -28,7 +28,7 @@ remake := yes
 endif
 endif
 
-.PHONY: help demo test lint coverage verify matrix mutants bench robust clean FORCE
+.PHONY: help demo test lint coverage verify matrix mutants bench robust wheel clean FORCE
 .DELETE_ON_ERROR:
 
 help:
@@ -42,6 +42,7 @@ help:
 	@echo "make bench    what runs cost (writes docs/benchmarks; goes on where it was stopped; half an hour)"
 	@echo "make robust   440 random configurations, run and judged (goes on where it was stopped; three quarters of an hour on"
 	@echo "              two cores); make robust ARGS='--quick --workers 2' for every day; ARGS=--help says the rest"
+	@echo "make wheel    a wheel with compiled kernels, into dist (some minutes): a first run then compiles nothing"
 	@echo "make clean    remove .venv, caches and builds (results in out/ stay)"
 
 demo: $(READY)
@@ -53,7 +54,7 @@ demo: $(READY)
 TEST_WORKERS ?= 2
 
 test: $(READY)
-	@$(BIN)/python -m peristalsis.running.warm_up
+	@$(BIN)/peristalsis warm-up --surface
 	@$(BIN)/python -m pytest -q -n $(TEST_WORKERS) --dist worksteal
 
 lint: $(READY)
@@ -90,6 +91,9 @@ bench: $(READY)
 ARGS ?= --workers 2 --halving 20
 robust: $(READY)
 	@$(BIN)/python -m robustness $(ARGS)
+
+wheel: $(READY)
+	@$(BIN)/python tools/wheel.py --surface --explicit
 
 clean:
 	rm -rf $(VENV) build dist .coverage .coverage.* .mypy_cache .pytest_cache .ruff_cache .hypothesis src/*.egg-info

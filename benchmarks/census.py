@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
+
+from peristalsis.numerics.compiled import KERNELS
 
 
 @dataclass(frozen=True)
@@ -16,15 +17,9 @@ class Census:
 
 
 def census() -> Census:
-    """Count over every module of the package that is loaded."""
-    kernels = {}
-    for name, module in list(sys.modules.items()):
-        if name.startswith("peristalsis."):
-            for one in vars(module).values():
-                if hasattr(one, "py_func") and hasattr(one, "stats"):
-                    kernels[id(one)] = one
+    """Count over every kernel that was called in this process, or compiled as part of another."""
     return Census(
-        ready=sum(len(one.signatures) for one in kernels.values()),
-        compiled=sum(sum(one.stats.cache_misses.values()) for one in kernels.values()),
-        loaded=sum(sum(one.stats.cache_hits.values()) for one in kernels.values()),
+        ready=sum(len(one.signatures) for one in KERNELS),
+        compiled=sum(sum(one.stats.cache_misses.values()) for one in KERNELS),
+        loaded=sum(sum(one.stats.cache_hits.values()) for one in KERNELS),
     )

@@ -34,6 +34,7 @@ from peristalsis.many import comparing
 from peristalsis.plots import Plots
 from peristalsis.results.result import Result
 from peristalsis.running.runner import KeptRun
+from peristalsis.running.warm_up import warm_up
 from peristalsis.storing import disk, manifest, store
 from peristalsis.storing.netcdf import netcdf_image
 from peristalsis.storing.store import CONFIGURATION_FILE, RESULT_FILE, SUMMARY_FILE
@@ -863,3 +864,62 @@ def test_maps_of_regions_are_told_apart_by_their_values() -> None:
     ]
     assert words[0] == words[2] != words[1]
     assert re.search(r"graded.*\(sha256 [0-9a-f]{12}\)$", words[0])
+
+
+# --- what a command loads ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "words", [["list"], ["list", "cells"], ["show", "baseline"], ["schema"], ["cite", "baseline"], ["map", "--help"]]
+)
+def test_commands_that_compute_nothing_never_load_the_compiler(words: list[str]) -> None:
+    """Nor units of pint, tables of xarray, matplotlib."""
+    program = (
+        f"import sys; from peristalsis.cli import main; code = main({words!r});"
+        "heavy = {'numba', 'llvmlite', 'matplotlib', 'xarray', 'pint', 'scipy', 'h5py'};"
+        "print(sorted(heavy & set(sys.modules)), code, file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=ENVIRONMENT)
+    assert done.stderr.splitlines()[-1] == "[] 0"
+
+
+def test_help_reads_the_options_of_no_command(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    """And is what it is with all of them; a command that is named is read alone."""
+    from typer.main import get_command
+
+    from peristalsis.cli import commands, dispatch
+
+    with pytest.raises(SystemExit):
+        get_command(commands.app).main(["--help"], prog_name="peristalsis")
+    whole = capsys.readouterr().out
+    outline = get_command(dispatch._needed(commands.app, ["--help"]))
+    assert all(not [one for one in command.params if one.name != "help"] for command in outline.commands.values())
+    assert main(["--help"]) == 0
+    assert capsys.readouterr().out == whole
+    assert list(get_command(dispatch._needed(commands.app, ["run", "--help"])).commands) == ["run"]
+    assert dispatch._needed(commands.app, ["no-such-command"]) is commands.app
+    assert dispatch._needed(commands.app, ["cell", "--help"]) is commands.app
+
+
+def test_a_run_imports_little(tmp_path: Path) -> None:
+    """Modules that a stored run without pictures has no use for."""
+    program = (
+        "import sys; from peristalsis.cli import main;"
+        "code = main(['run', 'baseline', '--no-plots', '--set', 'run.duration=4 ms', '--set', 'grid.n_z=200',"
+        f"'--set', 'grid.n_z_wall=100', '--out', {str(tmp_path / 'run')!r}]);"
+        "heavy = {'scipy.linalg', 'numba.np.linalg', 'matplotlib', 'xarray', 'h5netcdf', 'pandas'};"
+        "print(sorted(heavy & set(sys.modules)), code, file=sys.stderr)"
+    )
+    warm_up()  # or the run compiles, for which numba loads all it has
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=ENVIRONMENT)
+    assert done.stderr.splitlines()[-1] == "[] 0"
+
+
+def test_warm_up_says_what_is_ready(capsys: Capture) -> None:
+    warm_up()
+    assert main(["warm-up", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["kernels"] >= answer["compiled"]
+    assert main(["warm-up"]) == 0
+    assert re.match(r"\d+ kernels are ready after \d+\.\d s; ", capsys.readouterr().out)
+    assert main(["warm-up", "nonsense"]) == 2

@@ -14,6 +14,7 @@ import pytest
 
 import peristalsis
 from peristalsis.numerics import compiled as compiling
+from peristalsis.numerics import kept
 from peristalsis.numerics.sources import KERNEL_FOLDERS, dependencies
 
 PACKAGE = Path(peristalsis.__file__).parent
@@ -149,7 +150,9 @@ def test_damaged_file_is_forgotten_and_compiled_anew() -> None:
     told: list[str] = []
 
     class Cache:
-        def load_overload(self, name: str) -> str:
+        _py_func = test_kernels_are_compiled_without_any_cache
+
+        def load_overload(self, name: str, context: object) -> str:
             if name == "half":
                 raise EOFError
             return f"whole {name}"
@@ -157,9 +160,9 @@ def test_damaged_file_is_forgotten_and_compiled_anew() -> None:
         def flush(self) -> None:
             told.append("forgotten")
 
-    kernel = SimpleNamespace(_cache=Cache())
-    compiling._mend(kernel)
-    assert kernel._cache.load_overload("one") == "whole one"
+    cache = Cache()
+    kept.keep(SimpleNamespace(_cache=cache), Path(), "")
+    assert cache.load_overload("one", None) == "whole one"
     assert told == []
-    assert kernel._cache.load_overload("half") is None
+    assert cache.load_overload("half", None) is None
     assert told == ["forgotten"]

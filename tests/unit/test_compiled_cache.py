@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -9,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from llvmlite import binding
 
 import peristalsis
 
@@ -42,7 +44,7 @@ def package(tmp_path: Path) -> Path:
     copy = tmp_path / "site" / "peristalsis"
     for folder in ("numerics", "pellet"):
         (copy / folder).mkdir(parents=True)
-    for name in ("binding.py", "compiled.py", "sources.py"):
+    for name in ("binding.py", "compiled.py", "kept.py", "sources.py"):
         shutil.copy(PACKAGE / "numerics" / name, copy / "numerics")
     for folder in (copy, copy / "numerics", copy / "pellet"):
         (folder / "__init__.py").write_text("", encoding="utf-8")
@@ -161,3 +163,83 @@ def test_damaged_cache_is_made_anew(package: Path, tmp_path: Path, kind: str) ->
         file.write_bytes(file.read_bytes()[:30])
     assert ask(package, cache) == (30.0, 1, True)
     assert ask(package, cache) == (30.0, 0, True)
+
+
+# --- kernels that come with the package -----------------------------------------------------------
+
+
+def bring(package: Path, **other: str) -> Path:
+    """Compile for any processor of this kind into the folder of the package, as `tools/wheel.py` does; that folder.
+
+    other: what the file beside them says instead of the truth.
+    """
+    objects = package / "objects"
+    settings = environment(package, objects) | {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    subprocess.run([sys.executable, "-c", ASK], capture_output=True, check=True, env=settings)
+    about = {"triple": binding.get_process_triple(), "processor": "generic", "features": ""} | other
+    (objects / "about.json").write_text(json.dumps(about), encoding="utf-8")
+    return objects
+
+
+def test_kernels_that_come_with_the_package_are_not_compiled(package: Path, tmp_path: Path) -> None:
+    bring(package)
+    assert ask(package, tmp_path / "cache") == (30.0, 0, True)
+    assert not any((tmp_path / "cache").rglob("*.nb?")), "nothing is written"
+
+
+@pytest.mark.parametrize(
+    "other",
+    [{"triple": "another-system"}, {"features": "+feature_of_no_processor"}, {"processor": "another"}, {"odd": ""}],
+    ids=str,
+)
+def test_kernels_for_another_machine_are_left_alone(package: Path, tmp_path: Path, other: dict[str, str]) -> None:
+    bring(package, **other)
+    assert ask(package, tmp_path / "cache") == (30.0, 1, True)
+    assert ask(package, tmp_path / "cache") == (30.0, 0, True), "and what was compiled instead is kept"
+
+
+def test_kernels_of_other_sources_are_left_alone(package: Path, tmp_path: Path) -> None:
+    bring(package)
+    write_callee(package, 5)
+    assert ask(package, tmp_path / "cache") == (70.0, 1, True)
+
+
+@pytest.mark.parametrize("kind", ["nbc", "nbi"])
+def test_damaged_kernels_of_the_package_are_compiled_anew(package: Path, tmp_path: Path, kind: str) -> None:
+    for file in bring(package).rglob(f"*.{kind}"):
+        file.write_bytes(file.read_bytes()[:30])
+    assert ask(package, tmp_path / "cache") == (30.0, 1, True)
+    assert ask(package, tmp_path / "cache") == (30.0, 0, True)
+
+
+def test_kernels_are_compiled_for_a_processor_that_is_asked_for(package: Path, tmp_path: Path) -> None:
+    bring(package)
+    settings = environment(package, tmp_path / "cache") | {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    done = subprocess.run([sys.executable, "-c", ASK], capture_output=True, text=True, check=True, env=settings)
+    assert done.stdout.split()[:2] == ["30.0", "1"]
+
+
+def test_loading_leaves_out_what_only_compiling_needs(package: Path, tmp_path: Path) -> None:
+    """Not scipy.linalg, whose BLAS numba looks for, nor what it knows of texts; a later kernel finds all."""
+    ask(package, tmp_path / "cache")
+    program = f"""
+import sys
+{ASK}
+light = [name for name in ("scipy.linalg", "numba.cpython.unicode", "numba.np.linalg") if name in sys.modules]
+import numpy as np
+from peristalsis.numerics.compiled import compiled
+@compiled
+def more(x):
+    return whole(np.sum(x))
+print(light, more(np.ones(3)))
+"""
+    settings = environment(package, tmp_path / "cache")
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=settings)
+    assert done.stdout.splitlines() == ["30.0 0 True", "[] 40.0"]
+
+
+def test_decorating_does_not_import_numba(package: Path, tmp_path: Path) -> None:
+    program = "import sys; from peristalsis.pellet.caller import whole; print('numba' in sys.modules, whole.__name__)"
+    settings = environment(package, tmp_path / "cache")
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=settings)
+    assert done.stdout.split() == ["False", "whole"]

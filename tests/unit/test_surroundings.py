@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from peristalsis.numerics import compiled, sources
-from peristalsis.running import warm_up
 
 WITHOUT_LOCKS = """
 import sys
@@ -106,17 +105,3 @@ def test_a_cache_is_never_made_in_the_working_folder(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(os.path, "expanduser", lambda path: path)
     assert compiled._cache_folder() is None
     assert [file.name for file in tmp_path.iterdir()] == ["home"]
-
-
-def test_a_warm_up_that_takes_long_says_so(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(warm_up, "QUIET_SECONDS", 0.0)
-    with warm_up._said_if_long(1) as timer:
-        timer.join(10.0)
-    assert capsys.readouterr().err == (
-        "peristalsis: preparing the kernels, which are compiled once, for about a minute\n"
-    )
-    monkeypatch.setattr(warm_up, "QUIET_SECONDS", 60.0)
-    with warm_up._said_if_long(8) as timer:
-        pass
-    timer.join(10.0)
-    assert capsys.readouterr().err == ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -93,6 +94,7 @@ import peristalsis.storing.environment
 peristalsis.storing.environment.processors = lambda: 2
 from peristalsis.running import warm_up
 from peristalsis.tissue import sheet
+sheet.advance_sheet.dispatcher  # numba makes its folder with its object
 with warm_up._second_process() as helper:
     print(helper is not None)
 """
@@ -133,3 +135,57 @@ def test_straight_tube_has_the_cells_of_the_state_at_rest() -> None:
     before = straight.longitudinal.potential.copy()
     advance_sheets(model, straight)
     assert np.array_equal(straight.longitudinal.potential, before)
+
+
+# --- what is said ----------------------------------------------------------------------------------
+
+
+def test_kernels_that_are_compiled_are_counted_and_said_seldom(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those that are loaded are counted and not said."""
+    clock = iter([100.0, 100.0, 101.9, 102.0, 102.0])
+    monkeypatch.setattr(warm_up.time, "monotonic", lambda: next(clock))
+    said: list[str] = []
+    progress = warm_up.Progress(3, said.append)
+    for name, compiled in (("one", False), ("two", True), ("three", True), ("four", True)):
+        progress.see(name, compiled)
+    assert [line.partition("kernel ")[2] for line in said] == [
+        "2 of 3, once on this machine (two)",
+        "4 of 4, once on this machine (four)",
+    ]
+    assert (progress.ready, progress.compiled) == (4, 3)
+
+
+COUNT = """
+import json
+from peristalsis.running.warm_up import KERNELS, _compile
+found = [_compile(1, integrator) for integrator in ("implicit", "explicit")]
+print(json.dumps([KERNELS[False, "implicit"], KERNELS[False, "explicit"], *(one.kernels for one in found)]))
+"""
+
+
+def test_the_number_of_kernels_is_the_one_that_is_said() -> None:
+    """Where this fails the equations have more or fewer kernels than before: change `warm_up.KERNELS`."""
+    done = subprocess.run([sys.executable, "-c", COUNT], capture_output=True, text=True, check=True)
+    column, explicit, *found = json.loads(done.stdout)
+    assert found == [column, explicit]
+
+
+def test_only_what_a_user_calls_is_counted(tmp_path: Path) -> None:
+    """A kernel that another one calls is compiled with it."""
+    program = """
+import numpy as np
+from peristalsis.numerics.kept import watched
+from peristalsis.numerics.compiled import compiled
+seen = []
+inner = compiled(lambda x: x + 1.0)
+def whole(x):
+    return 2.0 * inner(x)
+outer = compiled(whole)
+with watched(lambda name, compiled: seen.append((name, compiled))):
+    outer(1.0), outer(2.0), outer(1)
+outer(1j)
+print(seen)
+"""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=environment)
+    assert done.stdout.strip() == "[('whole', True), ('whole', True)]"

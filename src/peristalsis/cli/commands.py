@@ -368,6 +368,25 @@ def check_(
     return Job(lambda screen: check(folders, quarantine, screen))
 
 
+@app.command("warm-up", epilog=epilog("warm-up"))
+def warm_up_(
+    name: MaybeName = None,
+    surface: Annotated[bool, typer.Option("--surface", help="Kernels of the whole surface too; some minutes.")] = False,
+    explicit: Annotated[bool, typer.Option("--explicit", help="Kernels of the explicit scheme too.")] = False,
+    settings: Settings = None,
+    config: Config = None,
+    as_json: Json = False,
+) -> Job:
+    """Compile the kernels of runs to come.
+
+    Once on a machine, for every shell, notebook and environment; a run does the same where it has not been done.
+    """
+    from .warming import warm_up
+
+    described = Input(name if name or config else "baseline", None, settings or (), config)
+    return Job(lambda screen: warm_up(described, surface, explicit, screen), name)
+
+
 app.add_typer(cell_app)
 app.command("map", epilog=epilog("map"))(map_)
 app.command("paper", epilog=epilog("paper"))(paper)

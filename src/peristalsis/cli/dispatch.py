@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import importlib
 import os
 from collections import Counter
@@ -109,7 +110,7 @@ def _parse(words: Sequence[str], program: Program) -> Job | int:
             f"call python -m {BESIDE[words[0]]}"
         )
     try:
-        group = get_command(commands.app)
+        group = get_command(_needed(commands.app, words) if program is PERISTALSIS else commands.app)
         _refuse_repeated(words, group)
         parsed: Job | int | None = group.main(
             args=list(words) or list(commands.WITHOUT_WORDS), prog_name=program.name, standalone_mode=False
@@ -122,6 +123,35 @@ def _parse(words: Sequence[str], program: Program) -> Job | int:
         said = getattr(error, "format_message", error.__str__)().rstrip(". ")
         raise ConfigurationError(f"{said}; see {where} --help") from None
     return 0 if parsed is None else parsed
+
+
+def _needed(app: Any, words: Sequence[str]) -> Any:
+    """A typer app as far as these words need it: reading the options of every command takes longer than most of them.
+
+    The command that is named, alone; for a list of all commands each without its options, which it does not show.
+    """
+    named = [one for one in app.registered_commands if words and one.name == words[0]]
+    outline = list(words) in ([], ["--help"])
+    if not named and not outline:
+        return app
+    found = copy.copy(app)
+    if named:
+        found.registered_commands, found.registered_groups = named, []
+    else:
+        found.registered_commands = [_outlined(one) for one in app.registered_commands]
+    return found
+
+
+def _outlined(command: Any) -> Any:
+    """A command with its description alone."""
+
+    def described() -> None:
+        """Stand for the command."""
+
+    described.__doc__ = command.callback.__doc__
+    found = copy.copy(command)
+    found.callback = described
+    return found
 
 
 def _refuse_repeated(words: Sequence[str], group: Any) -> None:

@@ -51,6 +51,7 @@ EXAMPLES = {
     "check": ("peristalsis check out/baseline", "peristalsis check out/baseline out/thin --quarantine"),
     "map": MAP_EXAMPLES,
     "paper": PAPER_EXAMPLES,
+    "warm-up": ("peristalsis warm-up", "peristalsis warm-up --set tissue.cell=hodgkin_huxley"),
     "version": ("peristalsis version",),
 }
 """Examples of the help texts, by command; the tests run them."""

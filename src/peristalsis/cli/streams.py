@@ -167,7 +167,7 @@ class RunProgress:
         self._next = 0.0
 
     def __enter__(self) -> RunProgress:
-        self._screen.line("preparing (the first run on a machine also compiles, for up to a minute)")
+        self._screen.line("preparing")
         return self
 
     def start(self) -> None:

@@ -1,5 +1,8 @@
 """The one door to numba: every compiled kernel of the package is decorated with `compiled`.
 
+numba is imported when the first kernel is called, not when it is decorated: whatever reads configurations or stored
+results never waits for it. What it has compiled is loaded by `kept`, which spares it most of its own start.
+
 numba's on-disk cache looks only at the file that holds a kernel and misses a change in another file that the
 kernel calls. So every file has a folder of its own in the cache, named by a hash of that file and of all that it
 imports (`sources`): a changed source means a new folder for whatever depends on it, never a stale kernel
@@ -9,6 +12,7 @@ environments and notebooks share one cache. Where no folder can be written, kern
 
 from __future__ import annotations
 
+import functools
 import importlib
 import os
 import re
@@ -16,9 +20,10 @@ import tempfile
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from .binding import digest_of
+from .kept import keep
 
 _UNREAD = re.compile(r"Environment variable '(\w+)' is defined but its associated value '(.*?)' could not be parsed")
 
@@ -45,9 +50,33 @@ def _import_numba() -> Any:
     return numba
 
 
-numba = _import_numba()
+@functools.cache
+def the_numba() -> Any:
+    """numba itself, imported when it is first asked for."""
+    return _import_numba()
 
-fixed_tuple: Callable[[Any, int], tuple[float, ...]] = importlib.import_module("numba.np.unsafe.ndarray").to_fixed_tuple
+
+def __getattr__(name: str) -> Any:
+    if name == "numba":
+        return the_numba()
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+class _FixedTuple:
+    """A function that only kernels can call, known to numba by what it stands for."""
+
+    def __call__(self, numbers: Any, count: int) -> tuple[float, ...]:
+        return tuple(float(numbers[place]) for place in range(count))
+
+    @property
+    def _numba_type_(self) -> Any:
+        the_numba()
+        meant = importlib.import_module("numba.np.unsafe.ndarray").to_fixed_tuple
+        context = importlib.import_module("numba.core.registry").cpu_target.typing_context
+        return context.resolve_value_type(meant)
+
+
+fixed_tuple: Callable[[Any, int], tuple[float, ...]] = _FixedTuple()
 """For kernels: the first so many entries of an array, a number known when they are compiled, as a tuple."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -94,47 +123,56 @@ def inlined(function: Function) -> Function:
     return _decorate(function, forceinline=True)
 
 
-def _decorate(function: Function, **more: Any) -> Function:
-    file = Path(function.__code__.co_filename)
-    digest = None if CACHE_FOLDER is None else digest_of(function.__module__, file)
-    kept = digest is not None  # a function typed in has no file to go by
-    if CACHE_FOLDER is not None and digest is not None:
-        numba.config.CACHE_DIR = str(CACHE_FOLDER / digest)
-    result: Function = numba.njit(cache=kept, fastmath=False, error_model="numpy", nogil=True, **more)(function)
-    if CACHE_FOLDER is not None and digest is not None:
-        _place(result, CACHE_FOLDER / digest, digest)
-    _mend(result)
-    return result
+class Kernel:
+    """A function that is compiled: numba's own object for it is made when it is first called, or by a kernel's call.
 
-
-def _place(kernel: object, folder: Path, digest: str) -> None:
-    """Let a kernel's files in the cache go by the content of its sources alone, not by their path and time.
-
-    numba has no setting for it, so its own object is given another folder and stamp. A release of numba that names
-    them otherwise keeps its own way: kernels are then compiled again after a move or a fresh checkout, and never stale.
+    Whatever numba's object has, such as `py_func`, `stats` and `signatures`, this has too.
     """
-    cache = getattr(kernel, "_cache", None)
-    implementation, files = getattr(cache, "_impl", None), getattr(cache, "_cache_file", None)
-    locator, base = getattr(implementation, "_locator", None), getattr(implementation, "_filename_base", None)
-    if files is None or base is None or not hasattr(locator, "_cache_path"):
-        return
-    vars(locator)["_cache_path"] = str(folder)
-    vars(cache)["_cache_path"] = str(folder)
-    vars(cache)["_cache_file"] = type(files)(cache_path=str(folder), filename_base=base, source_stamp=digest)
+
+    def __init__(self, function: Callable[..., Any], digest: str | None, options: dict[str, Any]) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func = function
+        self._folder = None if CACHE_FOLDER is None or digest is None else CACHE_FOLDER / digest
+        self._digest = digest
+        self._options = options
+
+    def __call__(self, *values: Any, **named: Any) -> Any:
+        return self.dispatcher(*values, **named)
+
+    @functools.cached_property
+    def dispatcher(self) -> Any:
+        """numba's object."""
+        numba = the_numba()
+        if self._folder is not None:
+            numba.config.CACHE_DIR = str(self._folder)
+        decorate = numba.njit(
+            cache=self._folder is not None, fastmath=False, error_model="numpy", nogil=True, **self._options
+        )
+        found = decorate(self.py_func)
+        if self._folder is not None and self._digest is not None:
+            keep(found, self._folder, self._digest)
+        KERNELS.append(self)
+        return found
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What numba takes this for where another kernel calls it."""
+        return self.dispatcher._numba_type_
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self.dispatcher, name)
+
+    def __reduce__(self) -> str:
+        return self.__qualname__
 
 
-def _mend(kernel: object) -> None:
-    """Let a kernel whose file in the cache is not whole be compiled again: a power failure can cut files short."""
-    kept = getattr(kernel, "_cache", None)
-    load, forget = getattr(kept, "load_overload", None), getattr(kept, "flush", None)
-    if load is None or forget is None:
-        return
+KERNELS: list[Kernel] = []
+"""Those that were called or compiled in this process."""
 
-    def load_or_compile(*words: Any) -> Any:
-        try:
-            return load(*words)
-        except Exception:  # whatever pickle makes of half a file
-            forget()
-            return None
 
-    vars(kept)["load_overload"] = load_or_compile
+def _decorate(function: Function, **options: Any) -> Function:
+    # The hash is that of the source as it is imported: the file may be another one when the kernel is first called.
+    digest = None if CACHE_FOLDER is None else digest_of(function.__module__, Path(function.__code__.co_filename))
+    return cast(Function, Kernel(function, digest, options))

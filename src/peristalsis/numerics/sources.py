@@ -82,5 +82,11 @@ def _is_file(place: str) -> bool:
 
 def _together(files: Iterable[Path]) -> str:
     settings = [f"{name}={os.environ[name]}" for name in MACHINE_CODE if os.environ.get(name)]
-    parts = [version("numba"), *settings, *sorted(_read(file)[0] for file in files)]
+    parts = [_numba_version(), *settings, *sorted(_read(file)[0] for file in files)]
     return hashlib.sha256("".join(parts).encode()).hexdigest()[:16]
+
+
+@cache
+def _numba_version() -> str:
+    """Read once: it is looked up among the files of everything that is installed."""
+    return version("numba")

@@ -6,20 +6,24 @@ import contextlib
 import os
 import subprocess
 import sys
-import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING
 
 from ..inputs.recording import chosen
+from ..numerics.kept import watched
 
 if TYPE_CHECKING:
     from ..inputs.config import Configuration
 
 TINY = {"grid.n_z": 200, "grid.n_z_wall": 100}
 QUIET_SECONDS = 2.0
-"""How long nobody is told that kernels are compiled."""
+"""How long nobody is told of the next kernel."""
+KERNELS = {(False, "implicit"): 30, (True, "implicit"): 54, (False, "explicit"): 3}
+"""Kernels that are called, those that they call not counted, with the shipped parts: on one column and, besides them,
+on the whole surface or by the explicit scheme. A test counts again."""
 TISSUE = "from peristalsis.running.warm_up import compile_tissue; compile_tissue()"
 
 
@@ -80,22 +84,47 @@ def _second_process() -> Iterator[subprocess.Popen[bytes] | None]:
         helper.wait()
 
 
-@contextlib.contextmanager
-def _said_if_long(columns: int) -> Iterator[threading.Timer]:
-    """A line on stderr if compiling takes more than a moment; loading what was compiled before does not."""
-    span = "some minutes" if columns > 1 else "about a minute"
-    text = f"peristalsis: preparing the kernels, which are compiled once, for {span}"
-    timer = threading.Timer(QUIET_SECONDS, lambda: print(text, file=sys.stderr, flush=True))
-    timer.daemon = True
-    timer.start()
-    try:
-        yield timer
-    finally:
-        timer.cancel()
+@dataclass
+class Progress:
+    """What is said while kernels are compiled: which one of how many, a line each, but seldom; nothing where none is.
+
+    total: how many kernels there are, None if that is not known. say: what the lines are given to.
+    """
+
+    total: int | None
+    say: Callable[[str], None]
+    ready: int = 0
+    compiled: int = 0
+    _next: float = field(default=0.0, init=False)
+
+    def see(self, name: str, compiled: bool) -> None:
+        """A kernel was loaded, or is about to be compiled."""
+        self.ready += 1
+        self.compiled += compiled
+        if compiled and time.monotonic() >= self._next:
+            self._next = time.monotonic() + QUIET_SECONDS
+            of = "" if self.total is None else f" of {max(self.total, self.ready)}"
+            self.say(f"peristalsis: compiling kernel {self.ready}{of}, once on this machine ({name})")
+
+
+def _to_stderr(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+@dataclass(frozen=True)
+class Warmth:
+    """What it took to have kernels ready: seconds on the clock, kernels, and how many of them had to be compiled."""
+
+    seconds: float = 0.0
+    kernels: int = 0
+    compiled: int = 0
+
+    def __add__(self, other: Warmth) -> Warmth:
+        return Warmth(self.seconds + other.seconds, self.kernels + other.kernels, self.compiled + other.compiled)
 
 
 @cache
-def _compile(columns: int, integrator: str = "implicit", parts: tuple[tuple[str, object], ...] = ()) -> float:
+def _compile(columns: int, integrator: str = "implicit", parts: tuple[tuple[str, object], ...] = ()) -> Warmth:
     from ..errors import PeristalsisError
     from ..inputs.preflight import remarks
 
@@ -105,15 +134,16 @@ def _compile(columns: int, integrator: str = "implicit", parts: tuple[tuple[str,
         changes |= {"solver.integrator": integrator, "wall.surface_density": "26.14 g/cm^2"}
     if columns > 1:
         changes["pacemaker.angular_width"] = "90 deg"
-    with _said_if_long(columns), _second_process() if not parts else contextlib.nullcontext():
+    progress = Progress(None if parts else KERNELS[columns > 1, integrator], _to_stderr)
+    with watched(progress.see), _second_process() if not parts else contextlib.nullcontext():
         if not parts:
             tiny = _tiny(changes)
             remarks(tiny)
             _step(tiny, columns)
-            return time.perf_counter() - begin
-        with contextlib.suppress(PeristalsisError):  # a tube of other sizes may start where this one does not
-            _step(_tiny(changes), columns)
-    return time.perf_counter() - begin
+        else:
+            with contextlib.suppress(PeristalsisError):  # a tube of other sizes may start where this one does not
+                _step(_tiny(changes), columns)
+    return Warmth(time.perf_counter() - begin, progress.ready, progress.compiled)
 
 
 def _step(tiny: Configuration, columns: int) -> None:
@@ -147,18 +177,13 @@ def warm_up(surface: bool = False, explicit: bool = False, parts: Mapping[str, o
     surface: those of the wall and the sheets on the whole surface too, which take some minutes to compile. explicit:
     those of the explicit scheme too. parts: what a configuration chooses in its slots, if not the shipped parts.
     """
+    return warmed(surface, explicit, parts).seconds
+
+
+def warmed(surface: bool = False, explicit: bool = False, parts: Mapping[str, object] | None = None) -> Warmth:
+    """As `warm_up`, with the numbers of kernels."""
     own = tuple(sorted((parts or {}).items()))
-    spent = _compile(1, "implicit", own)
-    spent += _compile(8, "implicit", own) if surface else 0.0
-    return spent + (_compile(1, "explicit", own) if explicit else 0.0)
-
-
-def main() -> int:
-    """`python -m peristalsis.running.warm_up`: fill the cache, for the whole surface too; say where it takes time."""
-    print("compiling the kernels, once, for some minutes (nothing to do if that was done before)", file=sys.stderr)
-    print(f"kernels are ready after {warm_up(surface=True):.0f} s", file=sys.stderr)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    found = _compile(1, "implicit", own)
+    if surface:
+        found += _compile(8, "implicit", own)
+    return found + _compile(1, "explicit", own) if explicit else found
