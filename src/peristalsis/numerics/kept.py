@@ -117,10 +117,12 @@ def keep(dispatcher: Any, folder: Path, digest: str) -> None:
 def _mend(cache: Any, shipped: Any) -> None:
     """Load a kernel lightly; let one whose file is not whole be compiled again: a power failure can cut files short.
 
-    shipped: numba's object for the files of this kernel that came with the package, if any did.
+    One that cannot be written is no reason to stop either. shipped: numba's object for the files of this kernel that
+    came with the package, if any did.
     """
     load, forget = getattr(cache, "load_overload", None), getattr(cache, "flush", None)
-    if load is None or forget is None:
+    save = getattr(cache, "save_overload", None)
+    if load is None or forget is None or save is None:
         return
 
     def load_or_compile(signature: Any, context: Any) -> Any:
@@ -139,7 +141,13 @@ def _mend(cache: Any, shipped: Any) -> None:
         forget()
         return None
 
+    def save_if_possible(signature: Any, made: Any) -> None:
+        """Keep a kernel that was compiled; one that numba cannot write is used, and compiled by the next process."""
+        with suppress(RuntimeError):  # "no compiled object yet": seen once, with many processes compiling at once
+            save(signature, made)
+
     vars(cache)["load_overload"] = load_or_compile
+    vars(cache)["save_overload"] = save_if_possible
 
 
 def _lightly(cache: Any, shipped: Any, signature: Any, context: Any) -> Any:
