@@ -1,8 +1,8 @@
 """Where the error of one column comes from, part by part, and what it costs: cells, elements, both steps.
 
 Each part is the change of the baseline's transit as that one of the four is made four times finer, the others as they
-are. Writes docs/evidence/parts.md. About three minutes on one core; `python evidence/parts.py --law` measures the law of
-the front's speed alone, as `tissue.front_correction` holds it, and writes nothing.
+are. Writes docs/evidence/parts.md. About three minutes on one core; `python evidence/parts.py --law` measures the law
+of the front's speed alone, as `tissue.front_correction` holds it, and writes nothing.
 """
 
 from __future__ import annotations
