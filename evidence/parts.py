@@ -1,8 +1,8 @@
 """Where the error of one column comes from, part by part, and what it costs: cells, elements, both steps.
 
 Each part is the change of the baseline's transit as that one of the four is made four times finer, the others as they
-are. Writes docs/evidence/parts.md. About ten minutes on one core; `python evidence/parts.py --law` measures the law of
-the front's speed alone, as `tissue.front_correction` holds it, and writes nothing.
+are. Writes docs/evidence/parts.md. About three minutes on one core; `python evidence/parts.py --law` measures the law
+of the front's speed alone, as `tissue.front_correction` holds it, and writes nothing.
 """
 
 from __future__ import annotations
@@ -55,12 +55,11 @@ class Numerics(NamedTuple):
         return f"{self.cells}/{self.elements}, {self.wall:g}/{self.conduction:g} ms"
 
 
-REFERENCE = Numerics(2800, 2400, 0.5, 0.25)
+REFERENCE = Numerics(2000, 1600, 1.0, 0.25)
 SHIPPED = Numerics(1000, 800, 2.0, 0.25, corrected=False, reconstructed=False)
 SETS = {
     "plain": SHIPPED,
     "finer ways": Numerics(700, 600, 4.0, 1.0),
-    "finer ways, 2 ms": Numerics(700, 600, 2.0, 1.0),
     "finer ways, coarse": Numerics(600, 500, 4.0, 1.0),
 }
 WITHOUT = {

@@ -54,6 +54,7 @@ KINDS: Mapping[str, Mapping[str, object]] = {
         "trigger.gate_duration": "0.02 s",
         "pellet.start_gap": "1 mm",
     },
+    "finer ways": {"tissue.front_correction": "measured", "grid.exchange": "reconstructed"},
     "no pellet": {"pellet.enabled": False},
 }
 
