@@ -1,4 +1,4 @@
-"""Newton's method with tensions as unknowns, and its linear systems in single precision: one answer with the plain way."""
+"""Newton's method with tensions as unknowns, and systems in single precision: one answer with the plain way."""
 
 from __future__ import annotations
 
