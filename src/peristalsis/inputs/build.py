@@ -56,6 +56,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
 
     grid = like.grid if like is not None else _grid(c)
     dt_wall = to_internal(c.step.whole, "ms")
+    explicit = c.solver.integrator == "explicit"
     shape = _fitting_shape(c, binding)
     return Model(
         grid=grid,
@@ -106,7 +107,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
             c.reflex.inhibition_conductance,
             c.reflex.inhibition_duration,
         ),
-        inertia=c.wall.inertia or c.solver.integrator == "explicit",
+        inertia=c.wall.inertia or explicit,
         second_order=c.step.scheme == "bdf2",
         dt_wall=dt_wall,
         substeps=round(c.step.whole / c.step.conduction),
@@ -131,7 +132,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         network=like.network if like and same("network", "parts") else _network(c, grid),
         binding=binding,
         control=StepControl(c.step.tolerance, c.step.halvings) if c.step.control == "error" else None,
-        reconstructs=c.grid.exchange == "reconstructed",
+        reconstructs=c.grid.exchange == "reconstructed" and not explicit and c.grid.n_theta == 1,
         elliptic=Elliptic(c.solver.elliptic_tolerance, c.tissue.bidomain == "pseudo"),
     )
 
@@ -271,7 +272,9 @@ def _layer(c: Configuration, name: str, grid: Grid) -> Layer:
         ),
         constants=constants,
         cell=cell,
-        front_corrected=c.tissue.front_correction == "measured" and cell is SHIPPED_CELL,
+        front_corrected=(
+            c.tissue.front_correction == "measured" and cell is SHIPPED_CELL and c.solver.integrator == "implicit"
+        ),
         **muscle_of_layer(c, name)._asdict(),
     )
 

@@ -148,13 +148,6 @@ def _check_grid(config: Configuration) -> None:
             cause = f"it is not a multiple of {key} = {wall}"
             fix = f"use {wall * max(1, round(columns / wall))}, or 0 for as many as grid.n_theta"
         _refuse("grid.n_theta_conduction", str(columns), cause, fix)
-    if grid.n_theta == 1 and config.tissue.front_correction != "none":
-        _refuse(
-            "tissue.front_correction",
-            config.tissue.front_correction,
-            "it is there for the sheets of the whole surface, and grid.n_theta = 1 is one column",
-            "use none, or more columns",
-        )
     if grid.n_theta > 1 and config.pellet.friction_coefficient > 0.0:
         _refuse(
             "pellet.friction_coefficient",
@@ -162,33 +155,9 @@ def _check_grid(config: Configuration) -> None:
             "friction in proportion to contact pressure is there for the axisymmetric wall only",
             "use 0, or grid.n_theta = 1",
         )
-    _check_schemes_of_one_column(config)
     nodes = grid.n_z * columns + grid.n_z_wall * grid.n_theta
     if nodes > LARGEST_GRID:
         _refuse("grid", f"{nodes} nodes", f"at most {LARGEST_GRID} are allowed", "use fewer columns or cells")
-
-
-def _check_schemes_of_one_column(config: Configuration) -> None:
-    """Whether the finer ways of one column, stepped implicitly, are asked for elsewhere."""
-    where = ""
-    if config.grid.n_theta > 1:
-        where = f"grid.n_theta = {config.grid.n_theta}"
-    elif config.solver.integrator == "explicit":
-        where = "solver.integrator = explicit"
-    if where and config.grid.exchange != "averages":
-        _refuse(
-            "grid.exchange",
-            config.grid.exchange,
-            f"it is there for one column, stepped implicitly, and {where}",
-            "use grid.exchange = averages",
-        )
-    if config.solver.integrator == "explicit" and config.tissue.front_correction != "none":
-        _refuse(
-            "tissue.front_correction",
-            config.tissue.front_correction,
-            "the explicit scheme conducts as it stands (solver.integrator = explicit)",
-            "use tissue.front_correction = none",
-        )
 
 
 def _check_wall_columns(config: Configuration) -> None:
