@@ -15,7 +15,7 @@ from ..control.pulses import NO_PULSES, RING, Listed
 from ..control.reflex import Reflex
 from ..control.sequence import Trigger
 from ..errors import DivergenceError
-from ..geometry.grid import Grid
+from ..geometry.grid import SUB_CELLS, Grid
 from ..numerics.binding import SHIPPED, Binding
 from ..numerics.stabilised import coefficients, stages_for
 from ..pellet.friction import CONSTANT, FrictionLaw
@@ -123,6 +123,11 @@ class Layer:
     def force_of_cells(self) -> Floats:
         """Force factor of every cell, (n_cells,)."""
         return np.full(self.conductances.shape[1], 1.0) * np.ravel(self.force_factor)
+
+    @cached_property
+    def force_of_sub_cells(self) -> Floats:
+        """Force factor of the parts of every cell of one column, (n_cells * SUB_CELLS,)."""
+        return np.repeat(self.force_of_cells, SUB_CELLS)
 
 
 @dataclass(frozen=True)

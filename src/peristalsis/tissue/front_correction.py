@@ -89,7 +89,9 @@ def correction_table(dt: float, kinetics_rate: float = MEASURED_RATE) -> Floats:
 
 def correction(cells_per_foot: float, table: Floats) -> float:
     """Factor on the conduction between cells of so many feet."""
-    return float(np.interp(cells_per_foot / SPACING, np.arange(table.size), table))
+    place = min(cells_per_foot / SPACING, table.size - 1.0)
+    k = min(int(place), table.size - 2)
+    return float(table[k] + (place - k) * (table[k + 1] - table[k]))
 
 
 @compiled

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.grid import SUB_CELLS
 from ...numerics.compiled import compiled
 from ...numerics.rates import rate_formula
 from ...numerics.transfer import average, average_within
@@ -45,10 +44,8 @@ def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
     """Force factor times drive [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
     out = np.empty((2 * model.grid.n_z_wall, 1))
     if model.reconstructs:
-        factor = np.repeat(layer.force_of_cells, SUB_CELLS)
-        drive_of_layer(
-            *model.grid.sub_cells_to_half_elements, drive_of_sub_cells(layer, sheet, model.grid), factor, out
-        )
+        driven = drive_of_sub_cells(layer, sheet, model.grid)
+        drive_of_layer(*model.grid.sub_cells_to_half_elements, driven, layer.force_of_sub_cells, out)
         if layer is model.longitudinal:
             # The stretch and its rate along the muscle belong to a whole element, and so does what pulls there.
             level_elements(out)
