@@ -15,7 +15,8 @@ from peristalsis.errors import StoppedRun
 from peristalsis.inputs import asked
 from peristalsis.inputs.recording import due, frames_apart, whole_steps
 
-SMALL = {"grid.n_z": 50, "grid.n_z_wall": 60, "run.duration": "20 ms", "output.interval": "10 ms"}
+STEPS = {"step.wall": "2 ms", "step.conduction": "0.25 ms"}
+SMALL = STEPS | {"grid.n_z": 50, "grid.n_z_wall": 60, "run.duration": "20 ms", "output.interval": "10 ms"}
 RINGS = {"rings.enabled": True, "trigger.rule": "none", "rings.positions": ["5 cm"]}
 
 

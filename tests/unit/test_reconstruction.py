@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from peristalsis import Simulation
-from peristalsis.errors import ConfigurationError
+from peristalsis import Simulation, scenarios
 from peristalsis.geometry.grid import SUB_CELLS, Grid
 from peristalsis.inputs.build import build
 from peristalsis.model.exchange import conduction_between_averages, conduction_coefficient
@@ -165,13 +164,30 @@ def test_the_wave_on_a_coarse_wall_runs_as_on_a_fine_one() -> None:
 
 
 @pytest.mark.parametrize("elsewhere", [{"grid.n_theta": 8}, {"solver.integrator": "explicit"}])
-@pytest.mark.parametrize("key", ["grid.exchange", "tissue.front_correction"])
-def test_where_it_is_not_there_it_is_refused(elsewhere: dict[str, object], key: str) -> None:
-    value = {"grid.exchange": "reconstructed", "tissue.front_correction": "measured"}[key]
-    with pytest.raises(ConfigurationError, match=f"{key} = {value}.*one column.*use {key} = "):
-        build(configured({key: value}, elsewhere))
+def test_elsewhere_wall_and_tissue_exchange_averages(elsewhere: dict[str, object]) -> None:
+    """The shipped choice is of one column, stepped implicitly; the explicit scheme conducts as it stands, too."""
+    model = build(configured({"grid.exchange": "reconstructed"}, elsewhere))
+    assert not model.reconstructs
+    assert model.longitudinal.front_corrected == ("grid.n_theta" in elsewhere)
+
+
+BEFORE = {
+    "grid.n_z": 1000,
+    "grid.n_z_wall": 800,
+    "grid.exchange": "averages",
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
+    "tissue.front_correction": "none",
+    "trigger.timing": "step",
+    "solver.surface_tolerance": 1e-8,
+    "solver.surface_newton": "plain",
+    "solver.surface_modes": 0,
+}
+"""The numerics of the versions before these choices."""
 
 
 def test_configurations_of_before_keep_their_digest() -> None:
-    assert configured().digest() == configured(PLAIN, {"tissue.front_correction": "none"}).digest()
-    assert configured().digest() != configured(FINER).digest()
+    """So their kept runs and checkpoints are found again."""
+    digest = "fe3f0f40df9263c1a3f9ed7c6a26c43d98c160f2e251f42484857318ef9c0ed5"
+    assert scenarios.configuration("baseline", changes=BEFORE).digest() == digest
+    assert configured(PLAIN).digest() != configured(FINER).digest()

@@ -48,6 +48,9 @@ LATER: Mapping[str, object] = {
     "grid.exchange": "averages",
     "tissue.bidomain": "full",
     "solver.elliptic_tolerance": 1e-8,
+    "solver.surface_tolerance": 1e-8,
+    "solver.surface_newton": "plain",
+    "solver.surface_modes": 0,
     "grid.n_theta_wall": 0,
 }
 """Choices that earlier versions did not have, and what they did: there the digest is as without them."""
