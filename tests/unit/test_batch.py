@@ -29,6 +29,8 @@ TINY = """
 [changes]
 grid.n_z = 40
 grid.n_z_wall = 40
+step.wall = "2 ms"
+step.conduction = "0.25 ms"
 run.duration = "0.04 s"
 output.interval = "20 ms"
 """

@@ -35,7 +35,7 @@ from peristalsis.inputs.config import Configuration
 from peristalsis.model.state import State
 from peristalsis.running.simulation import Simulation
 
-COARSE = {"grid.n_z": 200, "grid.n_z_wall": 100}
+COARSE = {"step.wall": "2 ms", "step.conduction": "0.25 ms", "grid.n_z": 200, "grid.n_z_wall": 100}
 
 
 class Told(Bench):

@@ -27,7 +27,14 @@ from peristalsis.storing.packing import pack, packable, unpack
 from peristalsis.storing.store import CHECKPOINTS, Workspace, unfinished
 from verification.exact.runs import configured
 
-COARSE = {"grid.n_z": 60, "grid.n_z_wall": 40, "run.duration": "0.2 s", "output.interval": "20 ms"}
+COARSE = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
+    "grid.n_z": 60,
+    "grid.n_z_wall": 40,
+    "run.duration": "0.2 s",
+    "output.interval": "20 ms",
+}
 KINDS: Mapping[str, Mapping[str, object]] = {
     "baseline": {},
     "wall inertia and moving friction": {"wall.inertia": True, "pellet.friction_frame": "wall"},
@@ -104,7 +111,14 @@ def test_a_resumed_run_is_the_uninterrupted_one_to_the_bit(kind: str, tmp_path: 
 @pytest.mark.slow
 def test_exact_at_every_tenth_step_and_through_many_restarts(tmp_path: Path) -> None:
     """R1 through every phase of a whole passage, and through 40 restarts in one run."""
-    changes = {"grid.n_z": 200, "grid.n_z_wall": 100, "run.duration": "2 s", "run.stop_when_expelled": False}
+    changes = {
+        "step.wall": "2 ms",
+        "step.conduction": "0.25 ms",
+        "grid.n_z": 200,
+        "grid.n_z_wall": 100,
+        "run.duration": "2 s",
+        "run.stop_when_expelled": False,
+    }
     configuration = configured(changes)
     whole = Simulation(configuration).run()
     for step in range(7, 1000, 100):

@@ -635,7 +635,7 @@ def test_shown_toml_is_a_valid_file(here: Path, capsys: Capture) -> None:
     assert main(["show", "pendular", "--reading", "printed", "--toml"]) == 0
     Path("my.toml").write_text(capsys.readouterr().out, encoding="utf-8")
     content = answer(["validate", "my.toml"], capsys)
-    assert content.pop("stored_bytes") == pytest.approx(8 * 1002 * (12 * 801 + 4 * 1000), rel=0.02)
+    assert content.pop("stored_bytes") == pytest.approx(8 * 1002 * (12 * 651 + 4 * 700), rel=0.02)
     assert content == {
         "scenario": "pendular",
         "reading": "printed",
@@ -905,7 +905,7 @@ def test_a_run_imports_little(tmp_path: Path) -> None:
     """Modules that a stored run without pictures has no use for."""
     program = (
         "import sys; from peristalsis.cli import main;"
-        "code = main(['run', 'baseline', '--no-plots', '--set', 'run.duration=4 ms', '--set', 'grid.n_z=200',"
+        "code = main(['run', 'baseline', '--no-plots', '--set', 'run.duration=10 ms', '--set', 'grid.n_z=200',"
         f"'--set', 'grid.n_z_wall=100', '--out', {str(tmp_path / 'run')!r}]);"
         "heavy = {'scipy.linalg', 'numba.np.linalg', 'matplotlib', 'xarray', 'h5netcdf', 'pandas'};"
         "print(sorted(heavy & set(sys.modules)), code, file=sys.stderr)"

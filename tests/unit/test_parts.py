@@ -281,7 +281,14 @@ def test_parts_are_listed(capsys: pytest.CaptureFixture[str], mine: Path) -> Non
 
 # --- runs -------------------------------------------------------------------------------------------
 
-SMALL = {"grid.n_z": 60, "grid.n_z_wall": 40, "run.duration": "60 ms", "output.interval": "20 ms"}
+SMALL = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
+    "grid.n_z": 60,
+    "grid.n_z_wall": 40,
+    "run.duration": "60 ms",
+    "output.interval": "20 ms",
+}
 
 
 def test_two_cells_in_one_run() -> None:

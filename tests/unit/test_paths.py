@@ -76,7 +76,7 @@ def test_tilde_is_the_home(case: Path) -> None:
 
 
 def test_results_go_to_and_come_from_the_home(case: Path) -> None:
-    tiny = {"grid.n_z": 50, "grid.n_z_wall": 40, "run.duration": "4 ms"}
+    tiny = {"grid.n_z": 50, "grid.n_z_wall": 40, "run.duration": "10 ms"}
     result = ps.run("baseline", tiny, out="~/res")
     assert (located("~") / "res" / "result.nc").is_file()
     assert not Path("~").exists()

@@ -23,7 +23,13 @@ from peristalsis.plots.export import export_csv
 from peristalsis.plots.figures import currents, force_budget, manometry
 from peristalsis.plots.film import _pictures, ffmpeg
 
-SMALL = {"grid.n_z": 300, "grid.n_z_wall": 100, "run.duration": "0.3 s"}
+SMALL = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
+    "grid.n_z": 300,
+    "grid.n_z_wall": 100,
+    "run.duration": "0.3 s",
+}
 
 
 @pytest.fixture(scope="module")

@@ -178,7 +178,14 @@ def test_set_refuses_what_cannot_change_and_changes_nothing() -> None:
     assert sim.model is model
 
 
-SMALL = {"grid.n_z": 50, "grid.n_z_wall": 60, "run.duration": "0.02 s", "output.interval": "10 ms"}
+SMALL = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
+    "grid.n_z": 50,
+    "grid.n_z_wall": 60,
+    "run.duration": "0.02 s",
+    "output.interval": "10 ms",
+}
 ONE_COLUMN = "pacemaker.angular_width"  # of which there can be but one value
 CHANGED = [s for key, s in FIELDS.items() if changeable(key) and s.kind == "number" and key != ONE_COLUMN]
 

@@ -103,7 +103,7 @@ import sys
 from peristalsis.results.result import Result
 from peristalsis.running.simulation import Simulation
 from verification.exact.runs import configured
-changes = {{"grid.n_z": 100, "grid.n_z_wall": 60, "run.duration": "4 ms"}}
+changes = {{"grid.n_z": 100, "grid.n_z_wall": 60, "run.duration": "10 ms"}}
 Simulation(configured(changes)).run().save({str(tmp_path / "run")!r})
 print("xarray" in sys.modules, "pandas" in sys.modules, "h5netcdf" in sys.modules)
 """

@@ -14,7 +14,14 @@ from peristalsis.names import FIELDS, OUTPUTS
 from peristalsis.plots import Plots, scene
 from peristalsis.running import runner
 
-TINY = {"grid.n_z": 60, "grid.n_z_wall": 40, "run.duration": "20 ms", "output.interval": "10 ms"}
+TINY = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
+    "grid.n_z": 60,
+    "grid.n_z_wall": 40,
+    "run.duration": "20 ms",
+    "output.interval": "10 ms",
+}
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,13 @@ from peristalsis.inputs.config import Configuration
 from peristalsis.running.simulation import Simulation
 from verification.exact.runs import configured
 
-COARSE = {"grid.n_z": 200, "grid.n_z_wall": 100, "run.duration": "0.2 s"}
+COARSE = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
+    "grid.n_z": 200,
+    "grid.n_z_wall": 100,
+    "run.duration": "0.2 s",
+}
 
 
 def coarse(**changes: object) -> Configuration:

@@ -26,7 +26,14 @@ from peristalsis.many.comparing import changed_keys
 
 ROOT = Path(__file__).parents[2]
 LINE = "longitudinal: 2 uA/cm^2 at 0.5 s for 50 ms over 0 cm to 3 mm"
-SMALL = {"grid.n_z": 50, "grid.n_z_wall": 60, "run.duration": "60 ms", "output.interval": "20 ms"}
+SMALL = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
+    "grid.n_z": 50,
+    "grid.n_z_wall": 60,
+    "run.duration": "60 ms",
+    "output.interval": "20 ms",
+}
 
 
 def test_a_line() -> None:

@@ -27,6 +27,8 @@ from verification.exact.runs import configured
 
 FIXTURES = Path(__file__).parents[1] / "fixtures"
 TINY = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
     "grid.n_z": 40,
     "grid.n_z_wall": 40,
     "run.duration": "0.02 s",
@@ -122,6 +124,12 @@ def test_old_results_stay_readable(name: str) -> None:
     assert result.arrays["radius"].shape == (3, 41, 1)
     assert result.configuration.grid.n_z == 40
     assert list(result.arrays["event_kind"])
+
+
+def test_choices_that_a_stored_run_did_not_have_are_what_its_version_did() -> None:
+    old = ps.load(FIXTURES / "result-schema-1").configuration
+    assert (old.tissue.front_correction, old.grid.exchange, old.trigger.timing) == ("none", "averages", "step")
+    assert ps.Configuration().grid.exchange == "reconstructed"
 
 
 def test_there_is_a_fixture_of_the_present_schema() -> None:
@@ -588,6 +596,8 @@ def test_no_source_reads_code_from_data() -> None:
     package = Path(ps.__file__).parent
     for file in package.rglob("*.py"):
         if file.parent == package / "cells":  # carries out the description that its user names, as a plug-in is
+            continue
+        if file == package / "numerics" / "kept.py":  # kernels in the cache, which holds machine code anyway
             continue
         text = file.read_text(encoding="utf-8")
         for word in ("import pickle", "import marshal", "import shelve", "joblib", "yaml", "allow_pickle=True"):

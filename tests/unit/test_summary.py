@@ -18,7 +18,14 @@ from peristalsis.running.summary import OF_PELLET, OF_WAVE, fastest_conduction, 
 from peristalsis.running.upstrokes import UpstrokeRecorder
 from peristalsis.scenarios import configuration
 
-COARSE = {"grid.n_z": 200, "grid.n_z_wall": 100, "output.interval": "50 ms", "run.duration": "4 ms"}
+COARSE = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
+    "grid.n_z": 200,
+    "grid.n_z_wall": 100,
+    "output.interval": "50 ms",
+    "run.duration": "4 ms",
+}
 
 
 @pytest.fixture(scope="module")

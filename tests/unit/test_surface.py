@@ -28,7 +28,14 @@ from peristalsis.plots.figures import activation_maps, surface_maps
 from peristalsis.plots.vtk_files import BLOCK, write_polygons
 
 COLUMNS = 16
-SMALL = {"grid.n_z": 100, "grid.n_z_wall": 60, "run.duration": "0.2 s", "output.interval": "0.05 s"}
+SMALL = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
+    "grid.n_z": 100,
+    "grid.n_z_wall": 60,
+    "run.duration": "0.2 s",
+    "output.interval": "0.05 s",
+}
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,14 @@ from peristalsis import scenarios
 from peristalsis.results.result import Result
 from peristalsis.running.simulation import Simulation
 
-SMALL = {"grid.n_z": 120, "grid.n_z_wall": 60, "output.interval": "20 ms", "pellet.start_gap": "3 mm"}
+SMALL = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
+    "grid.n_z": 120,
+    "grid.n_z_wall": 60,
+    "output.interval": "20 ms",
+    "pellet.start_gap": "3 mm",
+}
 
 
 def run(columns: int, duration: str = "0.12 s", **changes: object) -> Result:

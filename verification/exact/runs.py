@@ -15,7 +15,16 @@ from peristalsis.model.model import Model
 from peristalsis.model.state import State
 from peristalsis.model.step import advance
 
-SMALL = {
+PLAIN = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
+    "tissue.front_correction": "none",
+    "grid.exchange": "averages",
+    "trigger.timing": "step",
+}
+"""Short steps, and the equations between the grids as (25), (30) and (33) write them."""
+
+SMALL = PLAIN | {
     "grid.n_z": 400,
     "grid.n_z_wall": 400,
     "solver.residual_tolerance": 1e-10,

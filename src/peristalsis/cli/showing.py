@@ -138,7 +138,7 @@ def _stored(given: Input) -> Configuration | None:
         return None
     if given.reading is not None or given.settings or given.file is not None:
         raise ConfigurationError(f"NAME = {shown(given.name)}: a stored run cannot be changed; leave out the options")
-    return Configuration.from_toml(located(given.name) / CONFIGURATION_FILE)
+    return Configuration.from_record(located(given.name) / CONFIGURATION_FILE)
 
 
 def _entries(configuration: Configuration) -> Iterable[Entry]:

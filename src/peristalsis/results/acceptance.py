@@ -35,6 +35,8 @@ WITHOUT_VALUE = {
 UNBOUNDED = {"smallest_gap"}
 """Outputs that are infinite where there is no pellet."""
 LATER = (
+    "step_parts",
+    "steps_rejected",
     "theta_cell",
     "momentum_residual",
     "end_reaction",

@@ -361,7 +361,7 @@ def _decoded(image: bytes, remarks: tuple[str, ...], alone: bool) -> Result:
         acceptance.check_sizes({str(name): stored[name].nbytes for name in stored.variables}, image)
         if remarks and "schema" in stored.attrs and not alone:
             raise ValueError(f"{MANIFEST_FILE} is missing")
-        configuration = Configuration.from_toml(str(stored.attrs["configuration"]))
+        configuration = Configuration.from_record(str(stored.attrs["configuration"]))
         at_probes = probe_names(configuration.cells())  # outputs of its cells are known from here on
         known = [str(name) for name in stored.variables if name in OUTPUTS]
         foreign = {name: _foreign(name, stored[name]) for name in map(str, stored.variables) if name not in OUTPUTS}

@@ -20,7 +20,7 @@ SCENARIO = Scenario(
         "grid.n_z": 400,
         "grid.n_z_wall": 100,
         "grid.n_theta": 16,
-        "grid.n_theta_conduction": 512,
+        "grid.n_theta_conduction": 128,
         "output.interval": "20 ms",
         "output.fields": [
             "stretch_longitudinal",

@@ -113,6 +113,11 @@ class Configuration(Sections):
         """From TOML text (a str) or from a file (a Path): which of the two is never guessed."""
         return cls(**flatten(read_toml(source)))
 
+    @classmethod
+    def from_record(cls, source: str | PathLike[str]) -> Self:
+        """As `from_toml`, of a run that is stored: choices that its version did not have are what it did."""
+        return cls(**{**LATER, **flatten(read_toml(source))})
+
     def with_changes(self, changes: Mapping[Any, Any]) -> Self:
         """A new configuration.  Texts are read by the type of their field ("true", "12", "[2 cm, 5 cm]").
 
