@@ -26,18 +26,18 @@ FINE: Mapping[str, Any] = {"solver.residual_tolerance": 1e-7}
 
 FINEST: Mapping[str, Any] = {
     **FINE,
-    "grid.n_z": 4000,
-    "grid.n_z_wall": 3200,
-    "step.wall": "0.5 ms",
-    "step.conduction": "0.0625 ms",
+    "grid.n_z": 2800,
+    "grid.n_z_wall": 2600,
+    "step.wall": "1.25 ms",
+    "step.conduction": "0.25 ms",
 }
 """The converged run: all grids of the baseline, and both steps, four times finer."""
 
 QUICK_FINEST: Mapping[str, Any] = {
-    "grid.n_z": 2000,
-    "grid.n_z_wall": 1600,
-    "step.wall": "1 ms",
-    "step.conduction": "0.125 ms",
+    "grid.n_z": 1400,
+    "grid.n_z_wall": 1300,
+    "step.wall": "2.5 ms",
+    "step.conduction": "0.5 ms",
 }
 """Twice finer: the finest run of docs/evidence/convergence.md."""
 

@@ -22,7 +22,7 @@ CASES = {
             "grid.n_z_wall": 200,
             "grid.n_theta": 64,
             "run.duration": "0.02 s",
-            "output.interval": "2 ms",
+            "output.interval": "5 ms",
         }
     ),
 }

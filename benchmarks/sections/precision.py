@@ -67,7 +67,7 @@ def series(full: bool) -> dict[str, list[tuple[str, Changes]]]:
         "wall grid": [(f"{round(e * f)} elements", {"grid.n_z_wall": round(e * f)}) for f in grids],
         "conduction step": [
             (f"conduction step {cell * f:g} ms", {"step.conduction": f"{cell * f!r} ms"})
-            for f in ((0.25, 0.5, 2.0, 4.0) if full else (2.0,))
+            for f in ((0.25, 0.5, 2.5, 5.0) if full else (2.5,))
         ],
         "wall step, second order": [
             (f"wall step {wall * f:g} ms", _steps(wall * f, cell)) for f in ((0.25, 0.5, 2.0, 4.0) if full else (2.0,))
@@ -104,8 +104,8 @@ def _by_error(longest: float) -> Changes:
 
 
 def _steps(wall: float, cell: float) -> Changes:
-    """Steps [ms]; that of conduction is a whole part of that of the wall."""
-    return {"step.wall": f"{wall!r} ms", "step.conduction": f"{min(cell, wall)!r} ms"}
+    """Steps [ms]; that of conduction is the whole part of that of the wall that is nearest to the one asked for."""
+    return {"step.wall": f"{wall!r} ms", "step.conduction": f"{wall / max(1, round(wall / cell))!r} ms"}
 
 
 def _measured(changes: Changes, repeats: int) -> dict[str, Any]:

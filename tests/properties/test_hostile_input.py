@@ -101,7 +101,7 @@ BOMBS = {
 
 def test_both_grids_count_together(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(consistency, "LARGEST_GRID", 1000)
-    with pytest.raises(ConfigurationError, match="1800 nodes"):
+    with pytest.raises(ConfigurationError, match="1350 nodes"):
         Configuration()
 
 

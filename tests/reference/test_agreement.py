@@ -70,7 +70,7 @@ def fields(result: ps.Result) -> tuple[np.ndarray, np.ndarray]:
 def test_inflated_wall_around_the_pellet_is_the_same() -> None:
     apart = []
     for n in (100, 400):
-        settings = {"grid.n_z": 200, "grid.n_z_wall": n, "run.duration": "0.004 s", "output.interval": "0.002 s"}
+        settings = {"grid.n_z": 200, "grid.n_z_wall": n, "run.duration": "0.01 s", "output.interval": "0.005 s"}
         result = package(settings)[1]
         _, wall, _ = mol_stepper.start(load("tight"), n)
         radius, place = fields(result)
@@ -80,7 +80,7 @@ def test_inflated_wall_around_the_pellet_is_the_same() -> None:
 
 
 def test_cells_rest_at_the_same_potential() -> None:
-    short = {"grid.n_z": 200, "grid.n_z_wall": 50, "run.duration": "0.004 s", "output.interval": "0.002 s"}
+    short = {"grid.n_z": 200, "grid.n_z_wall": 50, "run.duration": "0.01 s", "output.interval": "0.005 s"}
     c = load("tight")
     # The package reads its rates from tables unless told otherwise.
     for exact, apart in ((True, 1e-9), (False, 1e-5)):

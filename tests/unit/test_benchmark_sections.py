@@ -103,7 +103,7 @@ def test_exponents_of_growth(effort: Effort) -> None:
 
 @pytest.mark.parametrize(
     ("measure", "steps"),
-    [(lambda: growth._along(100, 2), 250), (lambda: growth._time(1, 1), 500)],
+    [(lambda: growth._along(100, 2), 100), (lambda: growth._time(1, 1), 200)],
     ids=["along", "time"],
 )
 def test_stretches_have_their_steps(measure: Callable[[], dict[str, Any]], steps: int) -> None:
@@ -115,7 +115,7 @@ def test_stretches_have_their_steps(measure: Callable[[], dict[str, Any]], steps
 
 def test_columns_are_those_asked_for() -> None:
     found = growth._around(4, 1)
-    assert (found["steps"], found["repeats"]) == (20, 1)
+    assert (found["steps"], found["repeats"]) == (8, 1)
 
 
 def test_batches_have_as_many_different_runs_as_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -353,16 +353,16 @@ def test_points_that_beat_the_shipped_one_are_named(cpu: float, by: float, bette
     def answer(name: str) -> dict[str, Any]:
         if name == "converged track":
             return TRACK
-        if name == "precision, 500 cells":
+        if name == "precision, 350 cells":
             return shifted(by, transit=None, **timing(cpu))
         return shifted(0.02 if name == "precision, shipped" else 0.5, transit=2.02, **timing(1.0))
 
     found = precision.run(Told(answer))
     assert [one.value for one in found.figures] == pytest.approx([0.2, better])
-    assert found.figures[1].note == ("also 500 cells" if better else "no other point is both quicker and nearer")
+    assert found.figures[1].note == ("also 350 cells" if better else "no other point is both quicker and nearer")
     rows = {row[0]: row for row in found.tables[0].rows}
     assert rows["shipped"] == pytest.approx(("shipped", 1.0, 0.2, 1.0, 1000))
-    assert rows["500 cells"][2:4] == (pytest.approx(10.0 * by), None)
+    assert rows["350 cells"][2:4] == (pytest.approx(10.0 * by), None)
     assert "1000 steps, transit 2.00000 s" in found.tables[0].caption
     lines = {line.label: line for line in found.plots[0].lines}
     assert list(lines["conduction grid"].x) == sorted([1.0, cpu]), "the shipped point is on the curve"
@@ -573,7 +573,7 @@ def test_error_of_the_tables(monkeypatch: pytest.MonkeyPatch, ended: bool) -> No
     found = ions._table_error("0.1 s")
     assert [row[0] for row in found["rows"]] == ["longitudinal", "circular"]
     differences = np.array(seen[False]) - np.array(seen[True])
-    assert len(differences) == (1 if ended else 50)
+    assert len(differences) == (1 if ended else 20)
     for layer, (_, largest, rms, early, _) in enumerate(found["rows"]):
         assert rms == pytest.approx(np.sqrt(np.mean(differences[:, layer] ** 2)))
         assert 0.0 < largest == np.abs(differences[:, layer]).max() < 1e-2

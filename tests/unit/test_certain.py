@@ -39,8 +39,8 @@ def like(run: Result, **summary: Any) -> Neighbour:
 
 def test_neighbours_are_twice_as_fine() -> None:
     made = neighbours(ps.configuration("baseline"))
-    assert (made["grid"].grid.n_z, made["grid"].grid.n_z_wall, made["grid"].step.wall) == (2000, 1600, 2.0)
-    assert (made["step"].step.wall, made["step"].step.conduction, made["step"].grid.n_z) == (1.0, 0.125, 1000)
+    assert (made["grid"].grid.n_z, made["grid"].grid.n_z_wall, made["grid"].step.wall) == (1400, 1300, 5.0)
+    assert (made["step"].step.wall, made["step"].step.conduction, made["step"].grid.n_z) == (2.5, 0.5, 700)
 
 
 def test_a_neighbour_that_cannot_be_is_refused_beforehand() -> None:

@@ -389,7 +389,7 @@ def test_a_killed_run_is_resumed_to_the_same_bits(here: Path, capsys: Capture) -
     assert main([*words, "--set", "output.interval=1 s", "--no-plots", "--resume", "--json"]) == 0
     said = capsys.readouterr()
     assert "nothing is left to run" in said.err
-    assert json.loads(said.out)["steps"] == 1000
+    assert json.loads(said.out)["steps"] == 400
 
 
 def test_a_diverged_run_is_not_run_a_second_time(here: Path, capsys: Capture) -> None:

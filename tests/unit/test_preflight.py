@@ -22,7 +22,7 @@ def test_shipped_grids_pass() -> None:
         assert preflight.remarks(Configuration(reading=reading)) == []
 
 
-@pytest.mark.parametrize(("key", "count"), [("grid.n_z", 500), ("grid.n_z_wall", 400)])
+@pytest.mark.parametrize(("key", "count"), [("grid.n_z", 250), ("grid.n_z_wall", 300)])
 def test_twice_coarser_warns_and_names_a_cure(key: str, count: int) -> None:
     config = Configuration().with_changes({key: count})
     found = preflight.remarks(config)
@@ -154,7 +154,9 @@ def test_few_shipped_scenarios_have_remarks() -> None:
 
 def test_coarse_columns_are_remarked_unless_fronts_are_corrected() -> None:
     """A front around the ring is slow on them; with its correction it is not."""
-    config = scenarios.configuration("point_pacemaker", changes={"grid.n_theta_conduction": 64})
+    config = scenarios.configuration(
+        "point_pacemaker", changes={"grid.n_theta_conduction": 64, "tissue.front_correction": "none"}
+    )
     assert sum("a front around the ring" in remark for remark in preflight.remarks(config)) == 2
     corrected = config.with_changes({"tissue.front_correction": "measured"})
     assert not any("a front around the ring" in remark for remark in preflight.remarks(corrected))

@@ -107,7 +107,9 @@ def test_runs_without_rest_are_refused_and_odd_rests_remarked_on(layer: str) -> 
 @pytest.mark.parametrize(("key", "layer"), [("pacemaker", "longitudinal"), ("trigger", "circular")])
 def test_stimulus_that_is_too_strong_is_named(key: str, layer: str) -> None:
     """And not the step: no step would hold it."""
-    result = ps.run("baseline", {**TINY, "run.duration": "60 ms", f"{key}.intensity": "1000 uA/cm^2"})
+    result = ps.run(
+        "baseline", {**TINY, "run.duration": "60 ms", "trigger.timing": "step", f"{key}.intensity": "1000 uA/cm^2"}
+    )
     assert result.status == "diverged"
     assert f"{layer} potential" in str(result.error)
     assert "a stimulus of 1000 uA/cm^2" in str(result.error)

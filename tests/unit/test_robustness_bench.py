@@ -246,7 +246,7 @@ def test_another_way_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robustness.execution.carry_out", run)
     found = second_opinion(case(), {"outcome": "refused", "stage": "start"}, 10.0)
     assert found == {"grids x 0.5": "refused", "tolerance x 100": "finished"}
-    assert asked == [("grids x 0.5", "25", "2 ms"), ("tolerance x 100", "50", "2 ms")]
+    assert asked == [("grids x 0.5", "25", "5 ms"), ("tolerance x 100", "50", "5 ms")]
 
 
 def serve(pipe: Connection, limit: float, opinions: bool) -> None:
@@ -334,4 +334,4 @@ def test_differences_of_halving() -> None:
     assert halving.difference(row, finished(outcome="diverged")) is None
     finer = halving.finer(case())
     assert [one.all_changes().get("grid.n_z") for one in finer] == ["100", "50"]
-    assert finer[1].all_changes()["step.wall"] == "1 ms"
+    assert finer[1].all_changes()["step.wall"] == "2.5 ms"

@@ -23,7 +23,7 @@ import os
 for flag in ("O_NOFOLLOW", "O_CLOEXEC", "O_NONBLOCK"):
     delattr(os, flag)
 """
-TINY = {"grid.n_z": 50, "grid.n_z_wall": 60, "run.duration": "4 ms", "output.interval": "2 ms"}
+TINY = {"grid.n_z": 50, "grid.n_z_wall": 60, "run.duration": "10 ms", "output.interval": "5 ms"}
 
 
 def started(*words: str, **variables: str | None) -> subprocess.CompletedProcess[str]:

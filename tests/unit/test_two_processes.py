@@ -175,7 +175,7 @@ def test_a_reader_does_not_disturb_who_puts_in_place(tmp_path: Path, monkeypatch
 
 
 def test_two_batches_do_not_work_in_one_folder(tmp_path: Path) -> None:
-    plan = read_plan("[changes]\ngrid.n_z = 40\ngrid.n_z_wall = 40\nrun.duration = '4 ms'\n[[points]]\nname = 'a'")
+    plan = read_plan("[changes]\ngrid.n_z = 40\ngrid.n_z_wall = 40\nrun.duration = '10 ms'\n[[points]]\nname = 'a'")
     claim = Claim(tmp_path / "out")
     with pytest.raises(WriteError, match="another process"):
         batch(plan, tmp_path / "out")

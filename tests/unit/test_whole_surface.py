@@ -10,6 +10,7 @@ from peristalsis.results.result import Result
 from peristalsis.running.simulation import Simulation
 
 SMALL = {
+    "grid.exchange": "averages",
     "step.wall": "2 ms",
     "step.conduction": "0.25 ms",
     "grid.n_z": 120,

@@ -39,6 +39,7 @@ COARSE = {
     "grid.n_z": 100,
     "grid.n_z_wall": 100,
     "solver.residual_tolerance": 1e-8,
+    "solver.surface_tolerance": 1e-8,
     "solver.penetration_tolerance": 1e-7,
 }
 REGULAR = SurfaceConstants()

@@ -44,7 +44,8 @@ def assemble(rho: Floats, zeta: Floats, pressure: float, wall: WallConstants, c1
     def law(l: float, c: float, _: object) -> tuple[float, float, float, float, float]:
         return energy_derivatives(l, c, c1, c2)
 
-    tensions = _uncompiled(membrane.tensions, passive_tension=law)
+    before = _uncompiled(membrane.before_floor, passive_tension=law)
+    tensions = _uncompiled(membrane.tensions, before_floor=before)
     nominal = _uncompiled(membrane.nominal_tensions, tensions=tensions)
     corners = _uncompiled(assembly.corner_tensions, nominal_tensions=nominal)
     forces = _uncompiled(assembly.wall_forces, corner_tensions=corners)
