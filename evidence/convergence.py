@@ -11,25 +11,26 @@ from common import run_all, save_text, table
 from peristalsis.inputs.config import Configuration
 from peristalsis.many.cable import cable_wave_speed
 
-FINEST = {"grid.n_z": 2000, "grid.n_z_wall": 1600, "step.wall": "1 ms", "step.conduction": "0.125 ms"}
+FINEST = {"grid.n_z": 2000, "grid.n_z_wall": 1600, "step.wall": "1 ms", "step.conduction": "0.25 ms"}
+REFINED = "all four refined (2000, 1600, 1 and 0.25 ms)"
 CASES = {
     "shipped": {},
-    "conduction cells / 2 (500)": {"grid.n_z": 500},
-    "conduction cells x 2 (2000)": {"grid.n_z": 2000},
-    "wall elements / 2 (400)": {"grid.n_z_wall": 400},
-    "wall elements x 2 (1600)": {"grid.n_z_wall": 1600},
-    "conduction step x 2 (0.5 ms)": {"step.conduction": "0.5 ms"},
-    "conduction step / 2 (0.125 ms)": {"step.conduction": "0.125 ms"},
-    "wall step x 2 (4 ms)": {"step.wall": "4 ms"},
-    "wall step / 2 (1 ms)": {"step.wall": "1 ms"},
-    "all four refined (finest)": FINEST,
+    "conduction cells / 2 (350)": {"grid.n_z": 350},
+    "conduction cells x 2 (1400)": {"grid.n_z": 1400},
+    "wall elements / 2 (325)": {"grid.n_z_wall": 325},
+    "wall elements x 2 (1300)": {"grid.n_z_wall": 1300},
+    "conduction step x 2.5 (2.5 ms)": {"step.conduction": "2.5 ms"},
+    "conduction step / 2 (0.5 ms)": {"step.conduction": "0.5 ms"},
+    "wall step x 2 (10 ms)": {"step.wall": "10 ms"},
+    "wall step / 2.5 (2 ms)": {"step.wall": "2 ms"},
+    REFINED: FINEST,
 }
 
 
 def main() -> None:
     """Run the cases and write the table."""
     results = run_all({label: ("baseline", changes) for label, changes in CASES.items()})
-    finest = results["all four refined (finest)"]
+    finest = results[REFINED]
     rows = []
     for label, result in results.items():
         summary = result.summary
@@ -58,7 +59,7 @@ def main() -> None:
     )
     waves = []
     for layer in ("longitudinal", "circular"):
-        for cells, step in ((1000, "0.25 ms"), (2400, "0.125 ms")):
+        for cells, step in ((700, "1 ms"), (2400, "0.125 ms")):
             changed = Configuration().with_changes({"grid.n_z": cells, "step.conduction": step})
             waves.append((layer, cells, step, cable_wave_speed(changed, layer)))
     text = "# Convergence of the baseline\n\nMade by `python evidence/convergence.py`.\n\n" + table(head, rows)

@@ -40,7 +40,7 @@ def from_stored_pressure(result) -> np.ndarray:  # type: ignore[no-untyped-def]
 def main() -> None:
     """Run the grids and write the table."""
     cases = {
-        str(n): ("baseline", {"grid.n_z_wall": n, "output.interval": "2 ms", "run.duration": "1.2 s"}) for n in ELEMENTS
+        str(n): ("baseline", {"grid.n_z_wall": n, "output.interval": "5 ms", "run.duration": "1.2 s"}) for n in ELEMENTS
     }
     results = run_all(cases)
     rows = []

@@ -64,6 +64,8 @@ def test_receptors_at_their_threshold_are_named(ratio: float, named: bool) -> No
     assert any("near a threshold" in text for text in start_remarks(near)) is named
     silent = replace(near, reflex=near.reflex._replace(enabled=False))
     assert start_remarks(silent) == []
+    forced = replace(near, reflex=near.reflex._replace(threshold=0.0))
+    assert start_remarks(forced) == []
 
 
 def test_listed_stimuli_are_no_tissue_that_fires_by_itself() -> None:

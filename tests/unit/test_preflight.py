@@ -31,6 +31,18 @@ def test_twice_coarser_warns_and_names_a_cure(key: str, count: int) -> None:
     assert preflight.remarks(config.with_changes({key: needed})) == []
 
 
+@pytest.mark.parametrize("elsewhere", [{"grid.n_theta": 16}, {"solver.integrator": "explicit"}])
+def test_grids_are_judged_by_what_is_done_there(elsewhere: dict[str, object]) -> None:
+    """Fields are reconstructed in one column, stepped implicitly, alone: elsewhere elements err as with averages."""
+    coarse = Configuration().with_changes({"grid.n_z": 500, "grid.n_z_wall": 400, **elsewhere})
+    found, plain = (
+        [law for _, _, law, _ in preflight.error_laws(coarse.with_changes({"grid.exchange": exchange}))]
+        for exchange in ("reconstructed", "averages")
+    )
+    assert found == plain
+    assert found[1] == preflight.ELEMENT_ERROR
+
+
 def test_slower_kinetics_make_a_longer_foot() -> None:
     """D/c with c ~ sqrt(D rate): a quarter of the rate doubles the foot."""
     slow = Configuration().with_changes({"tissue.kinetics_rate": 0.125 / 4})

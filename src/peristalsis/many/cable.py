@@ -9,6 +9,7 @@ from ..inputs.build import build
 from ..inputs.config import Configuration
 from ..model.model import ACTIVATION_LEVEL
 from ..results.measures import wave_speed
+from ..tissue.front_correction import SPACING, correct_front
 from ..tissue.records import Brought, SheetArrays, Steps
 
 Floats = NDArray[np.float64]
@@ -31,6 +32,9 @@ def cable_wave_speed(configuration: Configuration, layer: str = "longitudinal", 
     potential, gates = np.full(n, rest.potential), np.repeat(np.array(rest.gates)[:, None], n, axis=1)
     first, last = np.full(n, np.nan), np.full(n, np.nan)
     coefficient = np.full(n - 1, part.diffusivity * 1e-3 / (24.0 * model.grid.cell_size) ** 2)
+    law = part.front_law(model.grid.cell_size, model.dt_cell)
+    if law is not None:
+        correct_front(law.cells_per_foot, SPACING, law.table, float(coefficient[0]), coefficient.reshape(-1, 1))
     stages = model.stages(part, np.ones(1))
     pulse = configuration.pacemaker
     driven = np.where(model.grid.cells < pulse.width, pulse.intensity, 0.0)

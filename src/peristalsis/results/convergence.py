@@ -59,12 +59,13 @@ def start_remarks(model: Model) -> list[str]:
     if model.trigger.gate.kind == "stretch" and model.pellet.present and model.reflex.enabled:
         found += _closed_gate(model)
     if model.pellet.present and model.reflex.enabled:
-        margin = model.pellet.radius / float(np.median(model.free_radius)) / model.reflex.threshold - 1.0
-        if abs(margin) < RECEPTOR_MARGIN:
-            side = "above" if margin > 0.0 else "below"
+        threshold = model.reflex.threshold
+        beyond = model.pellet.radius / float(np.median(model.free_radius)) - threshold
+        if abs(beyond) < RECEPTOR_MARGIN * threshold:
+            side = "above" if beyond > 0.0 else "below"
             found.append(
-                f"near a threshold: the pellet stretches the receptors to {100.0 * abs(margin):.2g} % {side} "
-                f"reflex.threshold = {model.reflex.threshold:g}; whether they discharge depends on grid and step: "
+                f"near a threshold: the pellet stretches the receptors to {100.0 * abs(beyond) / threshold:.2g} % "
+                f"{side} reflex.threshold = {threshold:g}; whether they discharge depends on grid and step: "
                 f"{CERTAIN_HINT}"
             )
     return found
