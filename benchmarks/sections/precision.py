@@ -81,7 +81,7 @@ def series(full: bool) -> dict[str, list[tuple[str, Changes]]]:
                 f"all grids x {f:g}, all steps / {f:g}",
                 _steps(wall / f, cell / f) | {"grid.n_z": round(n * f), "grid.n_z_wall": round(e * f)},
             )
-            for f in ((0.25, 0.5, 2.0) if full else (0.5,))
+            for f in ((0.5, 0.75, 2.0) if full else (0.5,))
         ],
     }
     found["steps by error"] = [
