@@ -51,7 +51,7 @@ def test_pellet_that_leaves_orally_is_said_to(leaving: ps.Result) -> None:
     assert summary["transit_s"] is None
     assert times(leaving, "expelled_orally") == [summary["oral_exit_s"]]
     assert times(leaving, "oral_end")[0] < summary["oral_exit_s"]
-    assert summary["simulated_s"] == pytest.approx(summary["oral_exit_s"], abs=0.002)
+    assert summary["simulated_s"] == pytest.approx(summary["oral_exit_s"], abs=0.005)
     assert summary["mean_velocity_cm_s"] == pytest.approx(summary["travel_cm"] / summary["oral_exit_s"])
     assert summary["travel_cm"] == pytest.approx(-summary["start_cm"], abs=1e-9), "the centre stood at the end then"
     assert summary["beyond_oral_end_cm"] == pytest.approx(
@@ -76,7 +76,7 @@ def test_closed_end_holds_the_pellet(held: ps.Result) -> None:
     place, force = held.arrays["pellet_position"], held.arrays["axial_force"]
     assert place.min() == held.configuration.pellet.radius
     resting = (place == place.min()) & (held.arrays["pellet_velocity"] == 0.0) & (force < 0.0)
-    assert resting.sum() > 100
+    assert resting.sum() > 50
     assert held.arrays["end_reaction"][resting] == pytest.approx(-force[resting], rel=1e-12), "no dry friction"
     assert held.summary["max_end_reaction_mN"] > 50.0
     assert held.arrays["dry_force"] == pytest.approx(0.0, abs=1e-9), "the end is no friction"
@@ -182,7 +182,7 @@ def test_stop_position_is_reached_from_either_side(start: Simulation) -> None:
 
 def test_wall_that_bulges_over_its_rings_is_named_before_the_run() -> None:
     """At 20 kPa the inflated tube stands out by eight millimetres over both rings."""
-    run = Simulation(configuration("baseline", changes={**COARSE, "lumen.pressure": "20 kPa", "run.duration": "4 ms"}))
+    run = Simulation(configuration("baseline", changes={**COARSE, "lumen.pressure": "20 kPa", "run.duration": "10 ms"}))
     (remark,) = [text for text in run.remarks if "bulges" in text]
     assert "lumen.pressure = 20 kPa" in remark
     summary = run.run().summary

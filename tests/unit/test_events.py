@@ -28,7 +28,7 @@ def test_kinds_are_known_and_times_are_in_order(run: ps.Result) -> None:
 def test_pacemaker_trigger_and_receptors(run: ps.Result) -> None:
     assert events(run, "pacemaker").tolist() == [0.0]
     assert 0.0 < events(run, "trigger")[0] < 0.1
-    assert events(run, "receptors")[0] == pytest.approx(0.002)
+    assert events(run, "receptors")[0] == pytest.approx(0.005)
 
 
 def test_sticking_is_where_the_velocity_is_zero(run: ps.Result) -> None:

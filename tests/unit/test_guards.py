@@ -24,7 +24,7 @@ from peristalsis.results.result import Result
 from peristalsis.running.runner import KeptRun
 from peristalsis.running.simulation import Simulation
 from peristalsis.storing.checkpoint import newest_of
-from verification.exact.runs import configured
+from verification.exact.runs import PLAIN, configured
 
 COARSE = {"grid.n_z": 60, "grid.n_z_wall": 40, "run.duration": "0.06 s", "output.interval": "10 ms"}
 Spoil = Callable[[State], State]
@@ -237,5 +237,7 @@ def test_a_stimulus_beyond_the_channels_is_blamed_and_not_the_step() -> None:
         "inhibition_duration": "0.059912 s",
     }
     changes = {f"reflex.{name}": value for name, value in reflex.items()}
-    result = Simulation(ps.configuration(reading="stretched", changes={**changes, "run.duration": "1.1 s"})).run()
+    result = Simulation(
+        ps.configuration(reading="stretched", changes={**PLAIN, **changes, "run.duration": "1.1 s"})
+    ).run()
     assert re.search(r"a stimulus of 6\.747 .* lower .*reflex\.excitation_intensity", result.summary["error"])

@@ -81,7 +81,7 @@ def moved(law: str, grid: str, **changes: object) -> Simulation:
     result = run.run()
     assert run.error is None
     assert run.stopped is None
-    assert len(result.arrays["time_step"]) == 51
+    assert len(result.arrays["time_step"]) == 21
     assert 0.8 < first[:, :, 0].max() < 1.2
     assert result.arrays["normal_force"].max() > 0.0
     assert np.abs(run.state.wall.position - first).max() > 1e-3

@@ -139,6 +139,8 @@ def _compile(columns: int, integrator: str = "implicit", parts: tuple[tuple[str,
         if not parts:
             tiny = _tiny(changes)
             remarks(tiny)
+            if columns > 1:  # steps that do not vary around the ring take ways of their own
+                _step(tiny.with_changes({"pacemaker.angular_width": "360 deg"}), 1)
             _step(tiny, columns)
         else:
             with contextlib.suppress(PeristalsisError):  # a tube of other sizes may start where this one does not

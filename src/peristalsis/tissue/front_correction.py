@@ -77,12 +77,13 @@ def correction_table(dt: float, kinetics_rate: float = MEASURED_RATE) -> Floats:
         sizes = np.array([*CELLS_PER_FOOT, *BEYOND]) / slow
         # Between its entries f - 1 is a power of the size; below them the fourth, the order of the differences.
         law = np.log((slow**-2 - 1.0) / sizes**4)
-        rows.append(np.exp(np.interp(np.log(np.maximum(places, sizes[0])), np.log(sizes), law)))
+        within = np.minimum(places, sizes[-1])
+        rows.append(within**4 * np.exp(np.interp(np.log(np.maximum(within, sizes[0])), np.log(sizes), law)))
     # Errors of the step go with its square.
     squares = np.square(MEASURED_STEPS)
     above = min(int(np.searchsorted(squares, scaled**2, side="right")), len(rows) - 1)
     share = (scaled**2 - squares[above - 1]) / (squares[above] - squares[above - 1])
-    table = np.asarray(1.0 + places**4 * ((1.0 - share) * rows[above - 1] + share * rows[above]), dtype=np.float64)
+    table = np.asarray(1.0 + (1.0 - share) * rows[above - 1] + share * rows[above], dtype=np.float64)
     table.flags.writeable = False
     return table
 
