@@ -87,6 +87,8 @@ def expected_scalars(model: Model, before: State, after: State) -> dict[str, flo
         "contact_end": float(zeta[touching[-1]]),
         "min_diameter": 2.0 * float(rho.min()),
         "newton_iterations": 3.0,
+        "step_parts": 1.0,
+        "steps_rejected": 5.0,
         "work_gas": 0.5 * (before.pressure + after.pressure) * (volume(after) - volume(before)),
         "loss_pellet": 0.5 * dt * float((eta * speeds**2 + model.pellet.dry * np.abs(speeds)).sum()),
         "threshold_longitudinal": model.longitudinal.threshold,
@@ -97,7 +99,7 @@ def expected_scalars(model: Model, before: State, after: State) -> dict[str, flo
 def recorded(recorder: Any, model: Model, before: State, after: State) -> dict[str, Any]:
     """What a recorder keeps of the step from one state to the next."""
     recorder.start(model, before)
-    recorder.see(model, before, after, StepReport(3, 3, 1))
+    recorder.see(model, before, after, StepReport(3, 3, 1, parts=(), rejected=5))
     return {name: values[-1] for name, values in recorder.columns().items()}
 
 

@@ -15,7 +15,13 @@ from peristalsis.control.pacemaker import Outlet, Source, SourceState, follow, w
 from peristalsis.control.pulses import Pulse, overlap_in_time
 
 OUTLET = Outlet("longitudinal", 0.0, 0.05, 2.0, 0.0, 0.3)
-TINY = {"grid.n_z": 50, "grid.n_z_wall": 60, "output.interval": "0.1 s"}
+TINY = {
+    "step.wall": "2 ms",
+    "step.conduction": "0.25 ms",
+    "grid.n_z": 50,
+    "grid.n_z_wall": 60,
+    "output.interval": "0.1 s",
+}
 
 
 def source(onset: float = 0.0, period: float = 1.0, beats: int = 1000, *outlets: Outlet) -> Source:

@@ -24,7 +24,7 @@ from ..tissue.bidomain import FULL, Elliptic
 from ..tissue.cell import SHIPPED_CELL, Cell
 from ..tissue.cells.plant import CellConstants
 from ..tissue.conduction import largest_eigenvalue
-from ..tissue.front_correction import correction, correction_table
+from ..tissue.front_correction import correction, correction_table, shorter_foot
 from ..tissue.records import Tables
 from ..tissue.resolution import front_foot
 from ..tissue.surface import Conductivities, stability_rate
@@ -97,7 +97,8 @@ class Layer:
             return None
         share = self.conductivities.effective_around / self.conductivities.effective_axial if around else 1.0
         rate = self.constants.kinetics_rate
-        return FrontLaw(cell_size / front_foot(self.diffusivity * share, rate), correction_table(dt, rate))
+        feet = cell_size / front_foot(self.diffusivity * share, rate)
+        return FrontLaw(feet * shorter_foot(self.conductances), correction_table(dt, rate))
 
     @cached_property
     def activation_constants(self) -> Any:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..inputs.config import Configuration
 from ..inputs.recording import ALWAYS, chosen, probe_names
-from ..names import ACTIVATION, COORDINATES, EVENTS, OUTPUTS, PROBES, SCALARS, WAVES
+from ..names import ACTIVATION, COORDINATES, EVENTS, OUTPUTS, PROBES, SCALARS, SHIPPED, WAVES
 
 LARGEST = 1e15
 """No output of a run is larger, in its own unit."""
@@ -47,7 +47,9 @@ LATER = (
 )
 """Outputs that results of older versions do not have; one that is added to `names` is added here."""
 NEEDED = tuple(
-    name for name in (*(output.name for output in (*COORDINATES, *ACTIVATION, *SCALARS)), *ALWAYS) if name not in LATER
+    name
+    for name in (*(output.name for output in (*COORDINATES, *ACTIVATION, *SCALARS)), *ALWAYS)
+    if name in SHIPPED and name not in LATER
 )
 MAY_BE_EMPTY = ("event", "wave", "probe")
 """Dimensions that may have no length; files leave out what is on them then."""
