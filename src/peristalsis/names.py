@@ -370,9 +370,7 @@ CERTAIN = "certain"
 
 OUTPUTS = {output.name: output for output in (*COORDINATES, *FIELDS, *ACTIVATION, *SCALARS, *PROBES, *EVENTS, *WAVES)}
 
-SHIPPED = frozenset(OUTPUTS)
-"""Names of the package's own outputs: what others register is in the results of who registers it."""
-
+SHIPPED = frozenset(OUTPUTS)  # what others register is in the results of who registers it
 HOMES = {STEP: SCALARS, PROBE: PROBES, WALL: FIELDS, CELLS: FIELDS}
 """Dimensions of an output to the list that the recorders go through."""
 
