@@ -166,7 +166,7 @@ def test_the_wave_on_a_coarse_wall_runs_as_on_a_fine_one() -> None:
 @pytest.mark.parametrize("elsewhere", [{"grid.n_theta": 8}, {"solver.integrator": "explicit"}])
 def test_elsewhere_wall_and_tissue_exchange_averages(elsewhere: dict[str, object]) -> None:
     """The shipped choice is of one column, stepped implicitly; the explicit scheme conducts as it stands, too."""
-    model = build(configured({"grid.exchange": "reconstructed"}, elsewhere))
+    model = build(configured({"grid.exchange": "reconstructed", "tissue.front_correction": "measured"}, elsewhere))
     assert not model.reconstructs
     assert model.longitudinal.front_corrected == ("grid.n_theta" in elsewhere)
 
