@@ -88,6 +88,11 @@ class Layer:
     calcium_scale: float = 1.0
     front_corrected: bool = False
 
+    @cached_property
+    def shorter_foot(self) -> float:
+        """By how much the foot of its front is shorter than in the tissue that the correction was measured on."""
+        return shorter_foot(self.conductances)
+
     def front_law(self, cell_size: float, dt: float, around: bool = False) -> FrontLaw | None:
         """How conduction is corrected for cells of this size [cm], along z or around, and steps of dt [ms], Eq. (85).
 
@@ -98,7 +103,7 @@ class Layer:
         share = self.conductivities.effective_around / self.conductivities.effective_axial if around else 1.0
         rate = self.constants.kinetics_rate
         feet = cell_size / front_foot(self.diffusivity * share, rate)
-        return FrontLaw(feet * shorter_foot(self.conductances), correction_table(dt, rate))
+        return FrontLaw(feet * self.shorter_foot, correction_table(dt, rate))
 
     @cached_property
     def activation_constants(self) -> Any:
