@@ -58,6 +58,33 @@ def scale_of_nodes(operator: RingOperator, constraint: Constraint, scale: Scale)
 
 
 @compiled
+def constrained_block(
+    operator: RingOperator,
+    constraint: Constraint,
+    stiffness: np.ndarray,
+    node: tuple[int, int],
+    q: int,
+    extra: float,
+    block: np.ndarray,
+) -> None:
+    """Block q of the stencil of a node (i, j), with `extra` on its diagonal, constrained, into `block` (3, 3).
+
+    On the node's own block of a held node the stiffness (n, m) along its normal is put.
+    """
+    i, j = node
+    m = stiffness.shape[1]
+    for a in range(3):
+        for b in range(3):
+            block[a, b] = operator.blocks[i, q, a, b, j]
+        block[a, a] += extra
+    constrain(block, constraint, i, j, i + q // 3 - 1, (j + q % 3 - 1 + m) % m)
+    if q == 4 and constraint.held[i, j]:
+        for a in range(3):
+            for b in range(3):
+                block[a, b] += stiffness[i, j] * constraint.normal[i, a, j] * constraint.normal[i, b, j]
+
+
+@compiled
 def average_around(operator: RingOperator, constraint: Constraint, scale: Scale, averages: Averages) -> None:
     """Mean over the columns of the scaled, constrained operator into `averages`."""
     inverse, stiffness = scale.inverse, scale.stiffness
@@ -90,15 +117,7 @@ def average_around(operator: RingOperator, constraint: Constraint, scale: Scale,
                 continue
             for j in range(m):
                 k = (j + o + m) % m
-                for a in range(3):
-                    for b in range(3):
-                        block[a, b] = blocks[i, q, a, b, j]
-                    block[a, a] += extra
-                constrain(block, constraint, i, j, r, k)
-                if q == 4 and constraint.held[i, j]:
-                    for a in range(3):
-                        for b in range(3):
-                            block[a, b] += stiffness[i, j] * constraint.normal[i, a, j] * constraint.normal[i, b, j]
+                constrained_block(operator, constraint, stiffness, (i, j), q, extra, block)
                 for a in range(3):
                     for b in range(3):
                         near[i, q, a, b] += block[a, b] * inverse[i, a, j] * inverse[r, b, k] / m

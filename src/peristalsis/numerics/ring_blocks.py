@@ -72,40 +72,80 @@ def add_tether(field: np.ndarray, tether: float, out: np.ndarray) -> None:
 
 
 @compiled
+def add_bending_of_row(
+    field: np.ndarray, i: int, along: float, around: float, bent: np.ndarray, out: np.ndarray
+) -> None:
+    """What the differences centred at row i add in `add_bending`; bent: work (m + 2,). All in one precision."""
+    n = field.shape[0]
+    m = field.shape[2] - 2
+    two = field.dtype.type(2.0)
+    for a in range(3):
+        here = field[i, a]
+        y = out[i, a]
+        if along != 0.0:
+            before = field[i - 1, a]
+            after = field[i + 1, a]
+            lower = out[i - 1, a]
+            upper = out[i + 1, a]
+            for j in range(m):
+                value = along * (before[j + 1] - two * here[j + 1] + after[j + 1])
+                bent[j] = value
+                y[j] -= two * value
+            if i > 1:
+                for j in range(m):
+                    lower[j] += bent[j]
+            if i < n - 2:
+                for j in range(m):
+                    upper[j] += bent[j]
+        if around != 0.0:
+            for j in range(m):
+                bent[j + 1] = around * (here[j] - two * here[j + 1] + here[j + 2])
+            bent[0] = bent[m]
+            bent[m + 1] = bent[1]
+            for j in range(m):
+                y[j] += bent[j] - two * bent[j + 1] + bent[j + 2]
+
+
+@compiled
 def add_bending(field: np.ndarray, along: float, around: float, out: np.ndarray) -> None:
     """Add the gradient of along/2 |second z-difference|^2 + around/2 |second theta-difference|^2 to `out`.
 
     field: padded (n, 3, m + 2); out: (n, 3, m), inner rows. Differences along z are centred at inner rows.
     """
-    n = field.shape[0]
-    m = field.shape[2] - 2
-    bent = np.empty(m + 2)
-    for i in range(1, n - 1):
-        for a in range(3):
-            here = field[i, a]
-            y = out[i, a]
-            if along != 0.0:
-                before = field[i - 1, a]
-                after = field[i + 1, a]
-                lower = out[i - 1, a]
-                upper = out[i + 1, a]
-                for j in range(m):
-                    value = along * (before[j + 1] - 2.0 * here[j + 1] + after[j + 1])
-                    bent[j] = value
-                    y[j] -= 2.0 * value
-                if i > 1:
-                    for j in range(m):
-                        lower[j] += bent[j]
-                if i < n - 2:
-                    for j in range(m):
-                        upper[j] += bent[j]
-            if around != 0.0:
-                for j in range(m):
-                    bent[j + 1] = around * (here[j] - 2.0 * here[j + 1] + here[j + 2])
-                bent[0] = bent[m]
-                bent[m + 1] = bent[1]
-                for j in range(m):
-                    y[j] += bent[j] - 2.0 * bent[j + 1] + bent[j + 2]
+    bent = np.empty(field.shape[2], field.dtype)
+    for i in range(1, field.shape[0] - 1):
+        add_bending_of_row(field, i, along, around, bent, out)
+
+
+@compiled
+def add_stencil(blocks: np.ndarray, padded: np.ndarray, i: int, a: int, out: np.ndarray) -> None:
+    """Add component a of row i of the stencil times a padded field to `out` (m,), in the precision of the arrays."""
+    m = out.size
+    for d in range(3):
+        x0 = padded[i + d - 1, 0]
+        x1 = padded[i + d - 1, 1]
+        x2 = padded[i + d - 1, 2]
+        l0 = blocks[i, 3 * d, a, 0]
+        l1 = blocks[i, 3 * d, a, 1]
+        l2 = blocks[i, 3 * d, a, 2]
+        c0 = blocks[i, 3 * d + 1, a, 0]
+        c1 = blocks[i, 3 * d + 1, a, 1]
+        c2 = blocks[i, 3 * d + 1, a, 2]
+        r0 = blocks[i, 3 * d + 2, a, 0]
+        r1 = blocks[i, 3 * d + 2, a, 1]
+        r2 = blocks[i, 3 * d + 2, a, 2]
+        for j in range(m):
+            out[j] += (
+                l0[j] * x0[j]
+                + l1[j] * x1[j]
+                + l2[j] * x2[j]
+                + c0[j] * x0[j + 1]
+                + c1[j] * x1[j + 1]
+                + c2[j] * x2[j + 1]
+                + r0[j] * x0[j + 2]
+                + r1[j] * x1[j + 2]
+                + r2[j] * x2[j + 2]
+            )
 
 
 @compiled
@@ -118,37 +158,11 @@ def multiply(
     """
     blocks = operator.blocks
     n = field.shape[0]
-    m = field.shape[2]
     pad(field, padded)
     out[:, :, :] = 0.0
     for i in range(max(first, 1), min(last, n - 1)):
         for a in range(3):
-            y = out[i, a]
-            for d in range(3):
-                x0 = padded[i + d - 1, 0]
-                x1 = padded[i + d - 1, 1]
-                x2 = padded[i + d - 1, 2]
-                l0 = blocks[i, 3 * d, a, 0]
-                l1 = blocks[i, 3 * d, a, 1]
-                l2 = blocks[i, 3 * d, a, 2]
-                c0 = blocks[i, 3 * d + 1, a, 0]
-                c1 = blocks[i, 3 * d + 1, a, 1]
-                c2 = blocks[i, 3 * d + 1, a, 2]
-                r0 = blocks[i, 3 * d + 2, a, 0]
-                r1 = blocks[i, 3 * d + 2, a, 1]
-                r2 = blocks[i, 3 * d + 2, a, 2]
-                for j in range(m):
-                    y[j] += (
-                        l0[j] * x0[j]
-                        + l1[j] * x1[j]
-                        + l2[j] * x2[j]
-                        + c0[j] * x0[j + 1]
-                        + c1[j] * x1[j + 1]
-                        + c2[j] * x2[j + 1]
-                        + r0[j] * x0[j + 2]
-                        + r1[j] * x1[j + 2]
-                        + r2[j] * x2[j + 2]
-                    )
+            add_stencil(blocks, padded, i, a, out[i, a])
     add_bending(padded, operator.bend_along, operator.bend_around, out)
     if operator.tether != 0.0:
         add_tether(field, operator.tether, out)

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import compiled
-from .constraint import Constraint, constrain
+from .constraint import Constraint
 from .coupled_band import Coupled, factor_coupled, transpose_coupled
-from .ring_average import Scale
+from .ring_average import Scale, constrained_block
 from .ring_blocks import RingOperator, bending_weight
 
 Singles = NDArray[np.float32]
@@ -57,15 +57,7 @@ def scaled_stencil(operator: RingOperator, constraint: Constraint, scale: Scale,
                 continue
             for j in range(m):
                 k = (j + o + m) % m
-                for a in range(3):
-                    for b in range(3):
-                        block[a, b] = blocks[i, q, a, b, j]
-                    block[a, a] += extra
-                constrain(block, constraint, i, j, r, k)
-                if q == 4 and constraint.held[i, j]:
-                    for a in range(3):
-                        for b in range(3):
-                            block[a, b] += stiffness[i, j] * constraint.normal[i, a, j] * constraint.normal[i, b, j]
+                constrained_block(operator, constraint, stiffness, (i, j), q, extra, block)
                 for a in range(3):
                     for b in range(3):
                         out[i, q // 3, a, b, q % 3, j] = block[a, b] * inverse[i, a, j] * inverse[r, b, k]

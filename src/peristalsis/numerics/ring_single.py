@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from .column_solver import Columns, ColumnSolver, take
 from .compiled import compiled
-from .constraint import Constraint
+from .constraint import Constraint, add_normal, project
 from .coupled_band import Coupled, solve_coupled
 from .ring_average import Scale, scale_of_nodes
-from .ring_blocks import RingOperator, pad
+from .ring_blocks import RingOperator, add_bending_of_row, add_stencil, pad
 from .ring_coupled import CoupledModes
 
 Singles = NDArray[np.float32]
@@ -33,9 +33,7 @@ class SingleOperator(NamedTuple):
     bend_along: np.float32
     bend_around: np.float32
     tether: np.float32
-    held: np.ndarray
-    rows: np.ndarray
-    normal: np.ndarray
+    constraint: Constraint
     stiffness: np.ndarray
     turn: np.ndarray
 
@@ -61,99 +59,29 @@ class CoupledPart(NamedTuple):
 
 
 @compiled
-def _project(operator: SingleOperator, field: np.ndarray, shift: int) -> None:
-    """Take the part along the normal of held nodes out of a field whose column j stands at j + shift."""
-    normal = operator.normal
-    for i in range(field.shape[0]):
-        if not operator.rows[i]:
-            continue
-        for j in range(operator.held.shape[1]):
-            if operator.held[i, j]:
-                k = j + shift
-                along = (
-                    normal[i, 0, j] * field[i, 0, k]
-                    + normal[i, 1, j] * field[i, 1, k]
-                    + normal[i, 2, j] * field[i, 2, k]
-                )
-                for a in range(3):
-                    field[i, a, k] -= along * normal[i, a, j]
-
-
-@compiled
 def multiply_single(operator: SingleOperator, field: np.ndarray, work: SingleWork, out: np.ndarray) -> None:
     """The constrained operator times `field` (n, 3, m), whose end rows are zero, into `out`."""
-    padded, bent = work.padded, work.bent
-    blocks, along, around = operator.blocks, operator.bend_along, operator.bend_around
+    padded = work.padded
     n = field.shape[0]
     m = field.shape[2]
-    two = np.float32(2.0)
+    rows = operator.constraint.rows
     pad(field, padded)
-    _project(operator, padded, 1)
+    project(operator.constraint, padded[:, :, 1 : m + 1])
     for i in range(n):
-        if operator.rows[i]:
+        if rows[i]:
             for a in range(3):
                 padded[i, a, 0] = padded[i, a, m]
                 padded[i, a, m + 1] = padded[i, a, 1]
-    out[0] = np.float32(0.0)
-    out[n - 1] = np.float32(0.0)
+    out[:, :, :] = np.float32(0.0)
     for i in range(1, n - 1):
         for a in range(3):
-            y = out[i, a]
-            y[:] = np.float32(0.0)
-            for d in range(3):
-                x0 = padded[i + d - 1, 0]
-                x1 = padded[i + d - 1, 1]
-                x2 = padded[i + d - 1, 2]
-                l0 = blocks[i, 3 * d, a, 0]
-                l1 = blocks[i, 3 * d, a, 1]
-                l2 = blocks[i, 3 * d, a, 2]
-                c0 = blocks[i, 3 * d + 1, a, 0]
-                c1 = blocks[i, 3 * d + 1, a, 1]
-                c2 = blocks[i, 3 * d + 1, a, 2]
-                r0 = blocks[i, 3 * d + 2, a, 0]
-                r1 = blocks[i, 3 * d + 2, a, 1]
-                r2 = blocks[i, 3 * d + 2, a, 2]
-                for j in range(m):
-                    y[j] += (
-                        l0[j] * x0[j]
-                        + l1[j] * x1[j]
-                        + l2[j] * x2[j]
-                        + c0[j] * x0[j + 1]
-                        + c1[j] * x1[j + 1]
-                        + c2[j] * x2[j + 1]
-                        + r0[j] * x0[j + 2]
-                        + r1[j] * x1[j + 2]
-                        + r2[j] * x2[j + 2]
-                    )
+            add_stencil(operator.blocks, padded, i, a, out[i, a])
     for i in range(1, n - 1):
-        for a in range(3):
-            here = padded[i, a]
-            before = padded[i - 1, a]
-            after = padded[i + 1, a]
-            y = out[i, a]
-            if along != np.float32(0.0):
-                lower = out[i - 1, a]
-                upper = out[i + 1, a]
-                for j in range(m):
-                    bent[j] = along * (before[j + 1] - two * here[j + 1] + after[j + 1])
-                    y[j] -= two * bent[j]
-                if i > 1:
-                    for j in range(m):
-                        lower[j] += bent[j]
-                if i < n - 2:
-                    for j in range(m):
-                        upper[j] += bent[j]
-            if around != np.float32(0.0):
-                for j in range(m):
-                    bent[j + 1] = around * (here[j] - two * here[j + 1] + here[j + 2])
-                bent[0] = bent[m]
-                bent[m + 1] = bent[1]
-                for j in range(m):
-                    y[j] += bent[j] - two * bent[j + 1] + bent[j + 2]
+        add_bending_of_row(padded, i, operator.bend_along, operator.bend_around, work.bent, out)
         if operator.tether != np.float32(0.0):
             _add_tether(operator, padded[i], out[i])
-    _project(operator, out, 0)
-    _add_normal(operator, field, out)
+    project(operator.constraint, out)
+    add_normal(operator.constraint, operator.stiffness, field, out)
 
 
 @compiled
@@ -172,24 +100,6 @@ def _add_tether(operator: SingleOperator, padded: np.ndarray, out: np.ndarray) -
     for j in range(m):
         out[0, j] += c[j] * along + s[j] * across
         out[1, j] += c[j] * across - s[j] * along
-
-
-@compiled
-def _add_normal(operator: SingleOperator, field: np.ndarray, out: np.ndarray) -> None:
-    """The stiffness along the normal of held nodes."""
-    normal = operator.normal
-    for i in range(field.shape[0]):
-        if not operator.rows[i]:
-            continue
-        for j in range(field.shape[2]):
-            if operator.held[i, j]:
-                along = operator.stiffness[i, j] * (
-                    normal[i, 0, j] * field[i, 0, j]
-                    + normal[i, 1, j] * field[i, 1, j]
-                    + normal[i, 2, j] * field[i, 2, j]
-                )
-                for a in range(3):
-                    out[i, a, j] += along * normal[i, a, j]
 
 
 @compiled
@@ -362,9 +272,7 @@ class SingleSolver:
                 np.float32(operator.bend_along),
                 np.float32(operator.bend_around),
                 np.float32(operator.tether),
-                constraint.held,
-                constraint.rows,
-                constraint.normal.astype(np.float32),
+                constraint._replace(normal=constraint.normal.astype(np.float32)),
                 self._scale.stiffness.astype(np.float32),
                 self._turn,
             ),
