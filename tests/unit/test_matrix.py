@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import tomllib
 from pathlib import Path
@@ -10,18 +9,14 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from unit.tools import tool
 
 ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
 def matrix() -> ModuleType:
-    about = importlib.util.spec_from_file_location("matrix", ROOT / "tools" / "matrix.py")
-    assert about is not None
-    assert about.loader is not None
-    module = importlib.util.module_from_spec(about)
-    about.loader.exec_module(module)
-    return module
+    return tool("matrix")
 
 
 def test_lowest_versions_are_those_declared(matrix: ModuleType) -> None:

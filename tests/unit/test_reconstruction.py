@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from peristalsis import Simulation, scenarios
 from peristalsis.geometry.grid import SUB_CELLS, Grid
 from peristalsis.inputs.build import build
-from peristalsis.model.exchange import conduction_between_averages, conduction_coefficient
 from peristalsis.model.model import Model
 from peristalsis.model.muscle import drive_of_cells, drive_of_sub_cells
 from peristalsis.model.schemes.column import muscle_drive
@@ -71,11 +70,11 @@ def conduction_error(elements: int, reconstructed: bool) -> float:
     faces = np.arange(1, 300) / 300.0
     exact = 1.0 / (1.0 - 0.45 * np.tanh((faces - 0.5) / width))
     found = np.empty((299, 1))
-    kernel, weights = conduction_coefficient, grid.elements_to_faces
     if reconstructed:
-        kernel, weights = conduction_between_averages, grid.element_averages_to_faces
-    kernel(*weights, 1.0, stretch, found)
-    return float(np.abs(found[20:-20, 0] / exact[20:-20] - 1.0).max())
+        average_within(grid.element_averages_to_faces, stretch, found)
+    else:
+        average(grid.elements_to_faces, stretch, found)
+    return float(np.abs(1.0 / found[20:-20, 0] / exact[20:-20] - 1.0).max())
 
 
 def test_conduction_sees_the_stretch_to_fourth_order() -> None:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
+from unit.tools import tool
 
 ROOT = Path(__file__).parents[2]
 
@@ -27,20 +26,10 @@ print(json.dumps([result.fingerprint, sum(sum(one.stats.cache_misses.values()) f
 """
 
 
-def tool() -> Any:
-    """The module tools/wheel.py."""
-    spec = importlib.util.spec_from_file_location("wheel_tool", ROOT / "tools" / "wheel.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.slow
 def test_a_run_with_the_kernels_of_a_wheel_compiles_nothing_and_has_the_same_bits(tmp_path: Path) -> None:
     objects, empty = tmp_path / "objects", tmp_path / "empty"
-    tool().compile_kernels(objects, surface=False, explicit=False)
+    tool("wheel").compile_kernels(objects, surface=False, explicit=False)
 
     def run(folder: Path, **more: str) -> tuple[str, int]:
         words = [sys.executable, "-c", RUN, str(folder)]
@@ -55,6 +44,6 @@ def test_a_run_with_the_kernels_of_a_wheel_compiles_nothing_and_has_the_same_bit
 
 def test_levels_are_for_machines_that_python_names() -> None:
     """Features as LLVM writes them, each switched on."""
-    for processor, features in tool().LEVELS.values():
+    for processor, features in tool("wheel").LEVELS.values():
         assert processor
         assert all(one.startswith("+") and one == one.strip() for one in features.split(","))

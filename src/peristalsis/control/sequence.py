@@ -166,20 +166,17 @@ def _pass_maximum(
     for k in range(tension.size):  # no branches: on vector registers
         old, was = before.tension[k], before.rising[k]
         falling, same = tension[k] < old, tension[k] == old
-        found += was & falling & (old > level) & (time - before.start[k] > refractory)
+        fires = was & falling & (old > level) & (time - before.start[k] > refractory)
+        found += fires
         after.rising[k] = (same & was) | ((not same) & (not falling))
         after.slope[k] = (tension[k] - old) / span
-        after.start[k] = before.start[k]
-    if found == 0:
-        return False
-    for k in range(tension.size):
-        fires = before.rising[k] and tension[k] < before.tension[k] and before.tension[k] > level
-        if not fires or not time - before.start[k] > refractory:
-            continue
-        slope = after.slope[k]
-        since = 0.5 * span + 0.5 * (earlier + span) * slope / (slope - max(before.slope[k], 0.0))
-        after.start[k] = time - since if earlier > 0.0 else time
-    return True
+        after.start[k] = time if fires else before.start[k]
+    if found > 0 and earlier > 0.0:
+        for k in range(tension.size):
+            if after.start[k] != before.start[k]:
+                slope = after.slope[k]
+                after.start[k] -= 0.5 * span + 0.5 * (earlier + span) * slope / (slope - max(before.slope[k], 0.0))
+    return found > 0
 
 
 def observe_activation(trigger: Trigger, state: TriggerState, activation: Floats, time: float) -> TriggerState:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..numerics.compiled import compiled, inlined
-from ..numerics.transfer import Overlap, average, average_within
+from ..numerics.transfer import Overlap, average
 from ..wall.active import active_tension, unpack_active
 
 
@@ -44,28 +44,6 @@ def stretches_receptors(position: np.ndarray, contact: np.ndarray, free_radius: 
     for i in range(contact.shape[0]):
         found += 1 if contact[i, 0] > 0.0 and position[i, 0, 0] / free_radius[i] > threshold else 0
     return found > 0
-
-
-@compiled
-def conduction_coefficient(
-    start: np.ndarray, indices: np.ndarray, weights: np.ndarray, scale: float, stretch: np.ndarray, out: np.ndarray
-) -> None:
-    """`scale` over the stretch at the faces of the cells, (n_z - 1, n_theta); weights as in `numerics.transfer`."""
-    average(Overlap(start, indices, weights), stretch, out)
-    for t in range(out.shape[0]):
-        for j in range(out.shape[1]):
-            out[t, j] = scale / out[t, j]
-
-
-@compiled
-def conduction_between_averages(
-    start: np.ndarray, indices: np.ndarray, weights: np.ndarray, scale: float, stretch: np.ndarray, out: np.ndarray
-) -> None:
-    """`conduction_coefficient` of the stretch reconstructed from that of the elements, Eq. (88)."""
-    average_within(Overlap(start, indices, weights), stretch, out)
-    for t in range(out.shape[0]):
-        for j in range(out.shape[1]):
-            out[t, j] = scale / out[t, j]
 
 
 @compiled

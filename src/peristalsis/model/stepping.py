@@ -11,16 +11,22 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import DivergenceError
 from ..numerics.compiled import compiled
-from .arrays import WallArrays
+from ..numerics.rates import carried_on
 from .friction import sliding_speed
 from .guards import advance_safely, violation
 from .model import Model
 from .report import Part, StepReport
-from .state import State, WallState
+from .state import State
 from .step import advance
+
+Floats = NDArray[np.float64]
+
+QUIET = 0.05
+"""Time without a start by the trigger after which the next one begins a wave [s]."""
 
 
 @dataclass
@@ -91,16 +97,19 @@ def _tried(model: Model, state: State, cost: _Cost) -> State | None:
 
 def error_of_step(model: Model, before: State, after: State) -> float:
     """How far wall and pellet came to lie from where they were expected [cm], Eq. (102), the larger of both."""
-    dt = model.dt_wall
-    wall = _beside(before.wall.arrays, after.wall.position, dt, _trend(before.wall, dt))
-    wall *= math.sqrt(model.wall.element_size / (2.0 * model.wall.radius * model.grid.n_theta))
+    wall, dt = before.wall, model.dt_wall
+    trend = carried_on(dt, wall.step_before)
+    expected = wall.position + dt * (trend * wall.velocity - (trend - 1.0) * wall.velocity_before)
+    off = _apart(model, after.wall.position, expected, after.wall.position)
     if not model.pellet.present:
-        return wall
-    return max(wall, abs(after.pellet.position - before.pellet.position - dt * before.pellet.velocity))
+        return off
+    return max(off, abs(after.pellet.position - before.pellet.position - dt * before.pellet.velocity))
 
 
-def _trend(wall: WallState, dt: float) -> float:
-    return 1.0 + 0.5 * dt / wall.step_before if wall.step_before > 0.0 else 1.0
+def _apart(model: Model, one: Floats, other: Floats, position: Floats) -> float:
+    """Difference of two fields of (rho, vartheta, zeta) on a wall, root mean square over a diameter of the tube."""
+    spread = math.sqrt(model.wall.element_size / (2.0 * model.wall.radius * model.grid.n_theta))
+    return float(_distance(one, other, position)) * spread
 
 
 def _hopeless(model: Model, state: State) -> bool:
@@ -109,8 +118,7 @@ def _hopeless(model: Model, state: State) -> bool:
     wall, dt = state.wall, model.dt_wall
     if not 0.0 < wall.step_before < 0.75 * dt:
         return False
-    change = _change(wall.velocity, wall.velocity_before, wall.position)
-    change *= math.sqrt(model.wall.element_size / (2.0 * model.wall.radius * model.grid.n_theta))
+    change = _apart(model, wall.velocity, wall.velocity_before, wall.position)
     return 0.5 * change * dt * dt / wall.step_before > model.control.tolerance
 
 
@@ -122,8 +130,8 @@ def _something_happened(model: Model, before: State, after: State) -> bool:
     if after.reflex.fired != before.reflex.fired:
         return True
     if after.trigger.start is not before.trigger.start:
-        quiet = float(before.trigger.seen.max()) < before.step * model.dt_wall - QUIET
-        if quiet and float(after.trigger.seen.max()) > float(before.trigger.seen.max()):
+        last, latest = float(before.trigger.seen.max()), float(after.trigger.seen.max())
+        if last < min(latest, before.step * model.dt_wall - QUIET):
             return True
     if not model.pellet.present:
         return False
@@ -132,35 +140,15 @@ def _something_happened(model: Model, before: State, after: State) -> bool:
     return bool((before.wall.contact > 0.0).any()) != bool((after.wall.contact > 0.0).any())
 
 
-QUIET = 0.05
-"""Time without a start by the trigger after which the next one begins a wave [s]."""
-
-
 @compiled
-def _beside(before: WallArrays, position: np.ndarray, dt: float, trend: float) -> float:
-    """Root of the sum of the squared distances of the nodes, (n, m, 3), from where `prepare_step` expects them [cm]."""
-    old, velocity, velocity_before = before.position, before.velocity, before.velocity_before
+def _distance(one: np.ndarray, other: np.ndarray, position: np.ndarray) -> float:
+    """Root of the sum of the squared differences, (n, m, 3), angles times the radius that `position` has there."""
     total = 0.0
-    for i in range(position.shape[0]):
-        for j in range(position.shape[1]):
+    for i in range(one.shape[0]):
+        for j in range(one.shape[1]):
             for k in range(3):
-                expected = old[i, j, k] + dt * (trend * velocity[i, j, k] - (trend - 1.0) * velocity_before[i, j, k])
-                beside = position[i, j, k] - expected
+                difference = one[i, j, k] - other[i, j, k]
                 if k == 1:
-                    beside *= position[i, j, 0]
-                total += beside * beside
-    return math.sqrt(total)
-
-
-@compiled
-def _change(velocity: np.ndarray, velocity_before: np.ndarray, position: np.ndarray) -> float:
-    """Root of the sum of the squared changes of the nodes' velocities [cm/s]."""
-    total = 0.0
-    for i in range(position.shape[0]):
-        for j in range(position.shape[1]):
-            for k in range(3):
-                change = velocity[i, j, k] - velocity_before[i, j, k]
-                if k == 1:
-                    change *= position[i, j, 0]
-                total += change * change
+                    difference *= position[i, j, 0]
+                total += difference * difference
     return math.sqrt(total)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.surface import from_frames, rates_from_frames, rates_to_frames, to_frames
-from ..numerics.rates import RateFormula, rate_formula
+from ..numerics.rates import RateFormula, carried_on, rate_formula
 from ..numerics.ring_blocks import pad
 from ..pellet.friction import held_by_ends, sliding_velocity
 from ..pellet.surface_contact import force_on_pellet, measure_contact, no_contact
@@ -78,7 +78,7 @@ def try_surface_wall(
     varies = _varies(places, drive)
     mixed = varies and model.mixed_newton
     # Carried on with their rates alone, places are nearer to the solution where wall goes slack and taut.
-    trend = 1.0 + 0.5 * dt / wall.step_before if wall.step_before > 0.0 and not mixed else 1.0
+    trend = 1.0 if mixed else carried_on(dt, wall.step_before)
     guess = places + dt * (trend * velocity - (trend - 1.0) * velocity_before)
     guess[[0, -1]] = places[[0, -1]]  # the clamped ends, to the last bit
     density = wall.contact.copy()

@@ -30,3 +30,8 @@ def rate_formula(dt: float, dt_before: float, second_order: bool) -> RateFormula
     ratio = dt / dt_before if second_order and dt_before > 0.0 else 0.0
     beta = (1.0 + ratio) / (1.0 + 2.0 * ratio)
     return RateFormula(beta * (1.0 + ratio), -beta * ratio * ratio / (1.0 + ratio), 1.0 / (beta * dt))
+
+
+def carried_on(dt: float, dt_before: float) -> float:
+    """Weight k of the rate now, less k - 1 of that before, with which a step `dt` is foreseen; 1 at a start."""
+    return 1.0 + 0.5 * dt / dt_before if dt_before > 0.0 else 1.0

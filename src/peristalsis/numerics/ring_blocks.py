@@ -73,7 +73,12 @@ def add_tether(field: np.ndarray, tether: float, out: np.ndarray) -> None:
 
 @compiled
 def add_bending_of_row(
-    field: np.ndarray, i: int, along: float, around: float, bent: np.ndarray, out: np.ndarray
+    field: np.ndarray,
+    i: int,
+    along: float | np.float32,
+    around: float | np.float32,
+    bent: np.ndarray,
+    out: np.ndarray,
 ) -> None:
     """What the differences centred at row i add in `add_bending`; bent: work (m + 2,). All in one precision."""
     n = field.shape[0]

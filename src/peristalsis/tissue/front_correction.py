@@ -106,9 +106,16 @@ def shorter_foot(conductances: Floats) -> float:
 
 def correction(cells_per_foot: float, table: Floats) -> float:
     """Factor on the conduction between cells of so many feet."""
-    place = min(cells_per_foot / SPACING, table.size - 1.0)
-    k = min(int(place), table.size - 2)
-    return float(table[k] + (place - k) * (table[k + 1] - table[k]))
+    return float(_factor(cells_per_foot / SPACING, table))
+
+
+@compiled
+def _factor(place: float, table: np.ndarray) -> float:
+    """The table at a place between its entries, and its last entry beyond them."""
+    last = table.size - 1
+    k = min(int(min(place, float(last))), last - 1)
+    share = min(place - k, 1.0)
+    return table[k] + share * (table[k + 1] - table[k])
 
 
 @compiled
@@ -121,15 +128,10 @@ def correct_front(
     factors for 0, spacing, 2 spacing... cells per foot.
     """
     per_spacing = cells_per_foot / spacing
-    last = table.size - 1
     for t in range(coefficient.shape[0]):
         for j in range(coefficient.shape[1]):
-            if coefficient[t, j] <= 0.0:
-                continue
-            place = per_spacing * math.sqrt(scale / coefficient[t, j])
-            k = min(int(min(place, float(last))), last - 1)
-            share = min(place - k, 1.0)
-            coefficient[t, j] *= table[k] + share * (table[k + 1] - table[k])
+            if coefficient[t, j] > 0.0:
+                coefficient[t, j] *= _factor(per_spacing * math.sqrt(scale / coefficient[t, j]), table)
 
 
 def raised_resistance(resistance: Floats, cells_per_foot: float, table: Floats) -> Floats:

@@ -19,8 +19,6 @@ from ..constants import packed
 from ..exchange import (
     active_force,
     active_force_at,
-    conduction_between_averages,
-    conduction_coefficient,
     drive_of_layer,
     level_elements,
     stretch_ahead,
@@ -42,15 +40,15 @@ Floats = NDArray[np.float64]
 
 def muscle_drive(model: Model, layer: Layer, sheet: SheetState) -> Floats:
     """Force factor times drive [mV] of the half elements, Eqs. (19) and (33): one for each corner."""
-    out = np.empty((2 * model.grid.n_z_wall, 1))
-    if model.reconstructs:
-        driven = drive_of_sub_cells(layer, sheet, model.grid)
-        drive_of_layer(*model.grid.sub_cells_to_half_elements, driven, layer.force_of_sub_cells, out)
-        if layer is model.longitudinal:
-            # The stretch and its rate along the muscle belong to a whole element, and so does what pulls there.
-            level_elements(out)
+    grid, out = model.grid, np.empty((2 * model.grid.n_z_wall, 1))
+    if not model.reconstructs:
+        drive_of_layer(*grid.cells_to_half_elements, drive_of_cells(layer, sheet), layer.force_of_cells, out)
         return out
-    drive_of_layer(*model.grid.cells_to_half_elements, drive_of_cells(layer, sheet), layer.force_of_cells, out)
+    driven = drive_of_sub_cells(layer, sheet, grid)
+    drive_of_layer(*grid.sub_cells_to_half_elements, driven, layer.force_of_sub_cells, out)
+    if layer is model.longitudinal:
+        # The stretch and its rate along the muscle belong to a whole element, and so does what pulls there.
+        level_elements(out)
     return out
 
 
@@ -69,9 +67,10 @@ def conduction(model: Model, layer: Layer, ahead: Ahead) -> Conduction:
     if layer.conducts:
         scale = layer.diffusivity * 1e-3 / (24.0 * grid.cell_size) ** 2
         if model.reconstructs:
-            conduction_between_averages(*grid.element_averages_to_faces, scale, ahead.axial, found)
+            average_within(grid.element_averages_to_faces, ahead.axial, found)
         else:
-            conduction_coefficient(*grid.elements_to_faces, scale, ahead.axial, found)
+            average(grid.elements_to_faces, ahead.axial, found)
+        np.divide(scale, found, out=found)
         if not isinstance(layer.conductivity, float):
             found *= layer.conductivity
         law = layer.front_law(grid.cell_size, model.dt_cell)
