@@ -28,6 +28,7 @@ EXAMPLES = (
     "peristalsis paper --figure 3 --reading all",
     "peristalsis paper --variant doubled --variant moving-wall",
     "peristalsis paper --coarse --workers 2",
+    "peristalsis paper --search --out out/search",
 )
 
 COARSE_NOTE = "Coarse grids: transits are off by some ten per cent. Do not quote these verdicts."
@@ -75,6 +76,12 @@ def paper(
             "consistent, printed-density, total, without-reflex, short-reflex or all. Can be given more than once.",
         ),
     ] = None,
+    search: Annotated[
+        bool,
+        typer.Option(
+            "--search", help="Search for the numbers under which most claims hold (two hours), instead of scoring."
+        ),
+    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
     ] = False,
@@ -91,7 +98,7 @@ def paper(
     if not 1 <= workers <= MOST_WORKERS:
         raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
     order = PaperOrder(figure, reading, workers, located(out), coarse, not no_searches, _variants(variant or []))
-    return Job(lambda screen: carry_out_order(order, screen))
+    return Job(lambda screen: (search_order if search else carry_out_order)(order, screen))
 
 
 def _variants(names: list[str]) -> tuple[str, ...]:
@@ -133,6 +140,31 @@ def carry_out_order(order: PaperOrder, screen: Screen) -> int:
         screen.table(("claim", "statement", *scores), lines(source, scores))
     screen.answer(answer)
     screen.say(f"written: {spelled(page)} ({spent:.0f} s)")
+    return 0
+
+
+def search_order(order: PaperOrder, screen: Screen) -> int:
+    """Search the space of the source, write the table of its points, and say which are best; the exit code."""
+    from ..scoring import sources
+    from ..scoring.regime import Search, table
+    from ..scoring.runs import Bench
+    from ..storing import disk
+
+    begin = time.monotonic()
+    screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(order.out / 'runs')}: call again to go on"
+    source = sources.get(order.source)
+    if source.space is None:
+        raise ConfigurationError(f"--search: the source {order.source} has no space to search; give it one")
+    bench = Bench(source, order.out / "runs", order.workers, _Progress(screen, "search"))
+    search = Search(bench, source.space, order.sets(source)[0], screen.say)
+    found = table(source.claims, source.space, search.carry_out())
+    path = order.out / f"{found.name}.csv"
+    disk.DISK.make_folder(order.out)
+    disk.replace_file(path, found.csv().encode("utf-8"))
+    spent = time.monotonic() - begin
+    screen.table(found.columns[:9], [row[:9] for row in found.rows[:10]])
+    screen.answer({"status": "finished", "written": str(path), "points": len(found.rows), "wall_s": round(spent, 1)})
+    screen.say(f"written: {spelled(path)} ({spent:.0f} s)")
     return 0
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -88,22 +88,22 @@ def carry_out(
     bench: Bench,
     condition: Condition,
     runs: Iterable[str] | None = None,
-    searches: bool = True,
+    searches: bool | Collection[str] = True,
 ) -> Outcome:
-    """Make the named runs (all unless given) and, if asked, the searches and sensitivities."""
+    """Make the named runs (all unless given), and the searches and sensitivities: all, none, or those named."""
     source = bench.source
+    asked = (*source.searches, *source.sensitivities) if searches is True else searches or ()
     names = list(source.runs) if runs is None else list(runs)
     records = bench.records([source.runs[name] for name in names], condition)
     measured: dict[str, Mapping[str, Any]] = {name: records[name].summary for name in names}
     thresholds: dict[str, Threshold] = {}
-    if searches:
-        for search in source.searches.values():
-            thresholds[search.name], more = bench.search(search, condition)
-            records |= more
-            measured[search.name] = _threshold_numbers(search, thresholds[search.name], more)
-        for study in source.sensitivities.values():
-            measured[study.name], more = bench.sensitivity(study, condition)
-            records |= more
+    for search in (one for one in source.searches.values() if one.name in asked):
+        thresholds[search.name], more = bench.search(search, condition)
+        records |= more
+        measured[search.name] = _threshold_numbers(search, thresholds[search.name], more)
+    for study in (one for one in source.sensitivities.values() if one.name in asked):
+        measured[study.name], more = bench.sensitivity(study, condition)
+        records |= more
     return Outcome(condition, records, thresholds, measured)
 
 

@@ -16,6 +16,7 @@ from .measure import measure
 from .metrics import METRICS, Metric
 from .outcome import Condition, Outcome
 from .searches import Search, Sensitivity
+from .space import Space
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -109,7 +110,8 @@ class Source:
     sets: parameter sets, the default first; word: how tables call one. prefix: before the number of a claim. columns:
     of the table of runs, metric to heading. tables: further ones of the report. words: table to its title and the line
     above it. about: a paragraph at the top of the page, in which {version} is that of the package. coarse: changes for
-    a quick look. Kept runs hold what `measure` made of them, so each source has a folder of its own.
+    a quick look. space: what a search for a parameter set may move, if there is one. Kept runs hold what `measure` made
+    of them, so each source has a folder of its own.
     """
 
     name: str
@@ -133,6 +135,7 @@ class Source:
     coarse: Mapping[str, Any] = field(default_factory=lambda: COARSE)
     word: str = "reading"
     prefix: str = ""
+    space: Space | None = None
 
     def label(self, claim: int) -> str:
         """Number of a claim as the report prints it."""

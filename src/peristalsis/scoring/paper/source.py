@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from ...inputs.parameters import READINGS
 from ..claim import Explanation
 from ..source import ParameterSet, Source
+from ..space import read_space
 from .claims import CLAIMS, NOT_TESTABLE
 from .figures import FIGURES
 from .runs import RUNS
@@ -28,6 +31,7 @@ SOURCE = Source(
     explanations=tuple(Explanation(**entry) for entry in entries_of("explanations", "explanation")),
     pictures=FIGURES,
     tables=(curves, misprints),
+    space=read_space(Path(__file__).with_name("space.toml")),
     words={
         "thresholds": (
             "Thresholds",
