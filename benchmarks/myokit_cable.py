@@ -78,6 +78,9 @@ dot(c) = {kinetics_rate!r} * {calcium_rate!r} * (c_steady - c)
 PULSE = 50.0
 """Length of the stimulus [ms]."""
 
+PASSES = 2800.0
+"""Time in which a wave passes the cable [ms]."""
+
 
 def missing() -> str | None:
     """What the comparison lacks, in words; None if it can be made."""
@@ -88,7 +91,7 @@ def missing() -> str | None:
     return None
 
 
-class _Cable:
+class Cable:
     """The longitudinal sheet, undeformed, both ways. cells: 1 for a single cell, which does not conduct."""
 
     def __init__(self, cells: int, step: float, exact: bool = False) -> None:
@@ -160,7 +163,7 @@ def compare(repeats: int, full: bool) -> dict[str, Any]:
     import myokit
 
     cells, step, duration = 1000, 0.25, 1600.0 if full else 400.0
-    ours, exact = _Cable(cells, step), _Cable(cells, step, exact=True)
+    ours, exact = Cable(cells, step), Cable(cells, step, exact=True)
     theirs = exact.theirs()
 
     def their_run() -> None:
@@ -194,11 +197,15 @@ def compare(repeats: int, full: bool) -> dict[str, Any]:
     }
 
 
-def _speeds(cable: _Cable, simulation: Any) -> tuple[float | None, float | None]:
-    """Speed of the wave [cm/s] in both; Myokit's from the rise through the same level, between samples of 1 ms."""
-    duration = 2800.0
+def _speeds(cable: Cable, simulation: Any) -> tuple[float | None, float | None]:
+    """Speed of the wave [cm/s] in both."""
+    return wave_speed(cable.model.grid.cells, cable.ours(PASSES, 2.0)[1] * 1e-3), their_speed(cable, simulation)
+
+
+def their_speed(cable: Cable, simulation: Any) -> float | None:
+    """Speed of Myokit's wave [cm/s], from the rise through the same level, between samples of 1 ms."""
+    duration = PASSES
     z = cable.model.grid.cells
-    ours = wave_speed(z, cable.ours(duration, 2.0)[1] * 1e-3)
     simulation.reset()
     log = simulation.run(duration, log=["engine.time", "membrane.V"], log_interval=1.0)
     time = np.asarray(log["engine.time"])
@@ -209,18 +216,18 @@ def _speeds(cable: _Cable, simulation: Any) -> tuple[float | None, float | None]
         if above.size:
             i = int(above[0])
             first[k] = time[i] + (time[i + 1] - time[i]) * (ACTIVATION_LEVEL - v[i]) / (v[i + 1] - v[i])
-    return ours, wave_speed(z, first * 1e-3)
+    return wave_speed(z, first * 1e-3)
 
 
 def _difference(step: float) -> tuple[float, Floats]:
     """Largest difference of a stimulated cell's potential over 1.5 s, sampled every ms, and the difference itself."""
     duration = 1500.0
-    cell = _Cable(1, step, exact=True)
+    cell = Cable(1, step, exact=True)
     simulation = cell.theirs()
     log = simulation.run(duration + 0.5, log=["engine.time", "membrane.V"], log_interval=1.0)
     times = np.arange(round(duration) + 1, dtype=float)
     theirs = np.interp(times, np.asarray(log["engine.time"]), np.asarray(log["membrane.V", 0]))
-    fine = _Cable(1, 0.005, exact=True).ours(duration, 1.0)[0]
+    fine = Cable(1, 0.005, exact=True).ours(duration, 1.0)[0]
     difference = theirs - fine
     return float(np.abs(difference).max()), difference
 

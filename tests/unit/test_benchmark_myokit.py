@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from benchmarks import myokit_cable
 from benchmarks.clock import Spent
-from benchmarks.myokit_cable import MODEL, PULSE, _Cable, _difference, _speeds, compare
+from benchmarks.myokit_cable import MODEL, PULSE, Cable, _difference, _speeds, compare
 from peristalsis.model.model import ACTIVATION_LEVEL
 
 Floats = NDArray[np.float64]
@@ -106,7 +106,7 @@ def derivatives(text: str) -> dict[str, float]:
 
 def test_model_in_their_language_rests_where_ours_does() -> None:
     """Its equations, read and evaluated here, stand still at the package's state of rest, and move away from it."""
-    simulation = _Cable(1, 0.1, exact=True).theirs()
+    simulation = Cable(1, 0.1, exact=True).theirs()
     rates = derivatives(simulation.model)
     assert set(rates) == {"V", "h", "n", "x", "c"}
     assert max(abs(rate) for rate in rates.values()) < 1e-9
@@ -117,7 +117,7 @@ def test_model_in_their_language_rests_where_ours_does() -> None:
 
 @pytest.mark.parametrize("cells", [1, 50])
 def test_their_simulation_is_of_the_same_cable(cells: int) -> None:
-    cable = _Cable(cells, 0.25)
+    cable = Cable(cells, 0.25)
     tissue = replace(cable.model.longitudinal, constants=cable.model.cell._replace(capacitance=1.5))
     cable.model = replace(cable.model, longitudinal=tissue)
     simulation = cable.theirs()
@@ -134,7 +134,7 @@ def test_their_simulation_is_of_the_same_cable(cells: int) -> None:
 
 def test_our_cable_rests_until_the_stimulus_has_come() -> None:
     """The driven end first, the rest in turn; a single cell follows its own stimulus, and no other."""
-    cable = _Cable(50, 0.25)
+    cable = Cable(50, 0.25)
     track, first = cable.ours(300.0, 2.0)
     assert track.size == 151
     assert track[0] == cable.rest.potential
@@ -151,9 +151,9 @@ def test_our_cable_rests_until_the_stimulus_has_come() -> None:
 
 def test_stimulus_ends_with_its_pulse(monkeypatch: pytest.MonkeyPatch) -> None:
     """A cell follows the same way until then whether it goes on or not, and another one from there."""
-    short = _Cable(1, 0.25).ours(100.0, 2.0)[0]
+    short = Cable(1, 0.25).ours(100.0, 2.0)[0]
     monkeypatch.setattr(myokit_cable, "PULSE", 1000.0)
-    long = _Cable(1, 0.25).ours(100.0, 2.0)[0]
+    long = Cable(1, 0.25).ours(100.0, 2.0)[0]
     steps = round(PULSE / 2.0)
     assert np.array_equal(short[: steps + 1], long[: steps + 1])
     assert np.all(long[steps + 1 :] > short[steps + 1 :])
@@ -161,9 +161,9 @@ def test_stimulus_ends_with_its_pulse(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_speed_of_their_wave_is_that_of_the_rise_through_the_level(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every cell rises through the level at z over 4 cm/s, between samples; cells it does not reach do not count."""
-    cable = _Cable(50, 0.25)
+    cable = Cable(50, 0.25)
     z = cable.model.grid.cells
-    monkeypatch.setattr(_Cable, "ours", lambda cable, duration, every: (None, 1e3 * z / 2.5))
+    monkeypatch.setattr(Cable, "ours", lambda cable, duration, every: (None, 1e3 * z / 2.5))
 
     def rising(simulation: Simulation1d, times: Floats, k: int) -> Floats:
         speed = 4.0 if z[k] < 9.0 else 1e-9
@@ -178,9 +178,9 @@ def test_speed_of_their_wave_is_that_of_the_rise_through_the_level(monkeypatch: 
 @pytest.fixture
 def first_order(monkeypatch: pytest.MonkeyPatch) -> None:
     """A potential that is ours and an error in proportion to the step: 30 mV/ms, falling off with time."""
-    resting = _Cable(1, 0.005, exact=True).rest.potential
+    resting = Cable(1, 0.005, exact=True).rest.potential
     monkeypatch.setattr(
-        _Cable, "ours", lambda cable, duration, every: (np.full(round(duration / every) + 1, resting), np.zeros(1))
+        Cable, "ours", lambda cable, duration, every: (np.full(round(duration / every) + 1, resting), np.zeros(1))
     )
 
     def answer(simulation: Simulation1d, times: Floats, k: int) -> Floats:

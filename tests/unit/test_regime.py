@@ -1,0 +1,129 @@
+"""The search for a reading: its space, the edge that it finds, and the same table each time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from peristalsis import scenarios
+from peristalsis.inputs.config import Configuration
+from peristalsis.inputs.parameters import shipped
+from peristalsis.many.rows import Row
+from peristalsis.scoring import regime, runs, sources
+from peristalsis.scoring.regime import NO_EDGE, OFF, SCORED, SCREENED_OUT, Search, merit, ranked, table
+from peristalsis.scoring.runs import Bench
+
+SOURCE = sources.get("paper")
+assert SOURCE.space is not None
+SPACE = SOURCE.space
+EDGE = 0.55
+"""Force at which the made-up pellet stops riding, times its radius over 0.9 cm."""
+
+
+def made_up(configuration: Configuration) -> dict[str, Any]:
+    """A run without a model: rides above an edge that lies higher for a larger pellet, and is caught again below it."""
+    edge = EDGE * configuration.pellet.radius / 0.9
+    rides = configuration.circular.active >= edge
+    transit = 2.4 if rides else 3.6
+    return {
+        "status": "expelled",
+        "error": None,
+        "transit_s": transit,
+        "travel_cm": 8.0,
+        "mean_velocity_cm_s": 8.0 / transit,
+        "wave_speed_cm_s": {"longitudinal": 3.5, "circular": 3.5},
+        "stops": 0,
+        "irregularity": 0.2,
+        "reversals": 0,
+    }
+
+
+@pytest.fixture
+def search(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Search:
+    def sweep(configurations: Mapping[str, Configuration], *_: Any) -> dict[str, Row]:
+        return {name: Row(made_up(one)) for name, one in configurations.items()}
+
+    monkeypatch.setattr(regime, "sweep", sweep)
+    monkeypatch.setattr(runs, "sweep", sweep)
+    space = replace(SPACE, samples=8, screened=2, parents=1, children=2)
+    return Search(Bench(SOURCE, tmp_path), space)
+
+
+def test_no_printed_number_moves() -> None:
+    keys = {key for one in SPACE.free for key in one.keys} | {one.key for one in SPACE.choices} | set(SPACE.edge.keys)
+    tags = {key: shipped("tight")[key].tag for key in keys}
+    assert "printed" not in tags.values(), tags
+
+
+def test_every_claim_is_asked_or_held_out_and_none_is_both() -> None:
+    asked, out = set(SPACE.objective.claims), set(SPACE.objective.held_out)
+    assert asked | out == {claim.number for claim in SOURCE.claims}
+    assert not asked & out
+    assert set(SPACE.objective.screening) <= set(SOURCE.runs)
+
+
+def test_points_lie_in_their_ranges_and_come_again_from_the_seed() -> None:
+    drawn = SPACE.drawn()
+    assert len(drawn) == SPACE.samples
+    assert drawn == SPACE.drawn() != replace(SPACE, seed=SPACE.seed + 1).drawn()
+    for values in (*drawn, *SPACE.around(drawn[0], 0)):
+        for one in SPACE.free:
+            assert one.low <= values[one.name] <= one.high
+        for choice in SPACE.choices:
+            assert values[choice.name] in choice.values
+    assert all(values["gate"] == drawn[0]["gate"] for values in SPACE.around(drawn[0], 0))
+
+
+def test_a_point_is_a_configuration() -> None:
+    values = {**SPACE.drawn()[0], "layer_ratio": 1.25, "conductivity": 1.07, "pellet_radius": 0.85}
+    base = scenarios.configuration(reading="tight").flat()
+    found = scenarios.configuration(reading="tight", changes=SPACE.changes(values, 0.4, base))
+    assert (found.circular.active, found.longitudinal.active) == (0.4, 0.5)
+    assert found.pellet.radius == 0.85
+    assert found.circular.conductivity_scale == pytest.approx(1.07 * base["circular.conductivity_scale"], rel=1e-12)
+
+
+def test_the_edge_is_bracketed_and_the_force_lies_beyond_it(search: Search) -> None:
+    for one in search.carry_out():
+        edge = EDGE * float(one.values["pellet_radius"]) / 0.9
+        assert one.low < edge <= one.high
+        assert one.high / one.low <= (1.0 / 0.25) ** (0.5**search.space.edge.halvings) * 1.0001
+        assert one.force == pytest.approx(one.high * (1.0 + float(one.values["beyond"])), rel=1e-5)
+
+
+def test_only_the_best_are_run_on_everything_and_then_moved(search: Search) -> None:
+    found = search.carry_out()
+    assert [one.status for one in found].count(SCORED) == 4  # two of the eight, and both that were moved
+    assert {one.parent for one in found if one.parent} == {ranked(SOURCE.claims, search.space, found[:8])[0].name}
+    assert {one.status for one in found[:8]} == {SCORED, SCREENED_OUT}
+
+
+def test_the_same_search_gives_the_same_table(search: Search) -> None:
+    first, second = (table(SOURCE.claims, search.space, search.carry_out()).csv() for _ in range(2))
+    assert first == second
+    assert len(first.splitlines()) == 1 + 8 + 2
+
+
+def test_a_point_that_never_rides_is_a_row_that_says_so(search: Search, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(globals(), "EDGE", 2.0)
+    assert {one.status for one in search.carry_out()} == {NO_EDGE}
+
+
+def test_a_norm_that_takes_another_time_is_dropped_before_the_screening(search: Search) -> None:
+    slower = replace(search, space=replace(SPACE, samples=4, objective=replace(SPACE.objective, transit=(1.0, 2.0))))
+    found = slower.carry_out()
+    assert {one.status for one in found} == {OFF}
+    assert all(set(one.measured) == {"baseline"} for one in found)
+
+
+def test_merit_counts_claims_then_parts_then_the_transit(search: Search) -> None:
+    best = ranked(SOURCE.claims, search.space, search.carry_out())[0]
+    holds, parts, distance = merit(SOURCE.claims, search.space, best)
+    assert parts >= holds > 0
+    assert distance == 0.0
+    late = replace(best, measured={**best.measured, "baseline": {**best.measured["baseline"], "transit_s": 2.5}})
+    assert merit(SOURCE.claims, search.space, late)[2] == pytest.approx(-0.1)
