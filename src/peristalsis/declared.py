@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-Tag = Literal["printed", "corrected", "sourced", "chosen", "calibrated"]
+Tag = Literal["printed", "corrected", "sourced", "chosen", "calibrated", "fitted"]
 
 
 class Declared(NamedTuple):

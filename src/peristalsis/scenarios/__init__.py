@@ -17,7 +17,7 @@ from typing import Any
 
 from peristalsis.errors import ConfigurationError, ScenarioNotFound, shown, suggestion
 from peristalsis.inputs.config import Configuration, read_toml
-from peristalsis.inputs.parameters import READINGS
+from peristalsis.inputs.config.reading import keys_of_readings, reading_of
 
 BASELINE = "baseline"
 
@@ -70,8 +70,8 @@ def configuration(
     config = Configuration(scenario=scenario.name, **scenario.changes).overlaid(from_file)
     if reading is not None:
         # A reading brings its own radii; what the scenario is about comes back on top of them.
-        shipped_reading = READINGS[config.reading]
-        about = {key: value for key, value in scenario.changes.items() if key in shipped_reading.parameters}
+        brought = keys_of_readings(reading_of({"reading": reading}), config.reading)
+        about = {key: value for key, value in scenario.changes.items() if key in brought}
         config = config.overlaid({"reading": reading, **about})
     return config.with_changes(changes) if changes else config
 

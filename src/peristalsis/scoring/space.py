@@ -20,6 +20,12 @@ DIGITS = 4
 BEYOND = "beyond"
 """The free constant that says how far above the edge a point lies, as a share of it."""
 
+RIDES, CAUGHT, LEFT, ARRESTED = REGIMES = ("rides the wave", "slips and is caught", "left behind", "arrested")
+"""How a pellet travels: with the wave, out but later than it, moved and not out, hardly moved."""
+
+MOVED = 0.5
+"""Travel from which a pellet that does not arrive was moved and left behind [cm]."""
+
 Values = Mapping[str, float | str]
 """Name of a free constant or choice to its value at one point."""
 
@@ -85,6 +91,16 @@ class Edge:
         if transit is None or not travel or not speed:
             return False
         return bool(transit * speed / travel <= self.rides_within)
+
+    def regime(self, metrics: Mapping[str, Any]) -> str:
+        """How a run moves its pellet, as one of `REGIMES`; "" for a run that says nothing."""
+        if metrics.get("travel_cm") is None:
+            return ""
+        if self.rides(metrics):
+            return RIDES
+        if metrics.get("transit_s") is not None:
+            return CAUGHT
+        return LEFT if metrics["travel_cm"] >= MOVED else ARRESTED
 
 
 @dataclass(frozen=True, slots=True)

@@ -135,7 +135,7 @@ class Configuration(Sections):
             slots = choices.in_use({**self.flat(), **given})
             kept = {key: text for key, text in kept.items() if choices.has_effect(key, slots)}
         if "reading" in given:
-            kept |= reading_numbers(reading_of(given))
+            kept |= reading_numbers(reading_of(given), self.reading)
         return type(self)(**{**kept, **given})
 
     def cell_of(self, layer: str) -> str:

@@ -133,9 +133,15 @@ def written_defaults(reading: str) -> Mapping[str, Any]:
     return {key: units.written(about.value, about.unit) for key, about in parameters_of(reading)}
 
 
-def reading_numbers(reading: str) -> dict[str, Any]:
-    """What a reading supplies: the keys on which readings may differ."""
-    return {key: units.written(about.value, about.unit) for key, about in READINGS[reading].parameters.items()}
+def reading_numbers(reading: str, before: str) -> dict[str, Any]:
+    """What a change from one reading to another changes: the numbers that either of them brings."""
+    numbers = shipped(reading)
+    return {key: units.written(numbers[key].value, numbers[key].unit) for key in keys_of_readings(reading, before)}
+
+
+def keys_of_readings(*readings: str) -> tuple[str, ...]:
+    """The keys at which any of these readings brings a number of its own."""
+    return tuple(dict.fromkeys(key for reading in readings for key in READINGS[reading].parameters))
 
 
 def from_text(key: str, value: object) -> object:

@@ -1,7 +1,7 @@
 """Every number the package ships, with its unit, its tag and its source.
 
 One TOML file per source: ``[source]`` says what is cited, each further table is one parameter.
-``readings.toml`` holds the named readings: sets of three numbers where the paper contradicts itself.
+``readings.toml`` holds the named readings: sets of numbers where the paper contradicts itself.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any, Literal, get_args
 
 from peristalsis.errors import ReadingNotFound, shown, suggestion
 
-Tag = Literal["printed", "corrected", "sourced", "chosen", "calibrated"]
+Tag = Literal["printed", "corrected", "sourced", "chosen", "calibrated", "fitted"]
 Value = float | int | bool | str | tuple[float, ...] | tuple[str, ...]
 
 _FOLDER = Path(__file__).parent
