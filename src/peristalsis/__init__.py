@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from .running.simulation import Simulation
     from .scenarios import Scenario, configuration
     from .scenarios import names as scenario_names
+    from .studies.stall_map import stall_map
+    from .studies.sweep import sweep
 
 __all__ = [
     "Configuration",
@@ -40,6 +42,8 @@ __all__ = [
     "register",
     "run",
     "scenario_names",
+    "stall_map",
+    "sweep",
 ]
 
 _HOMES = {
@@ -56,6 +60,8 @@ _HOMES = {
     "register": ("plugins", "register"),
     "run": ("running.runner", "run"),
     "scenario_names": ("scenarios", "names"),
+    "stall_map": ("studies.stall_map", "stall_map"),
+    "sweep": ("studies.sweep", "sweep"),
 }
 
 

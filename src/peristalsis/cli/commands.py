@@ -14,6 +14,7 @@ from .inputs import Input
 from .job import Job
 from .map_command import map_
 from .paper_command import paper
+from .study_command import kept, stall_map, sweep
 
 app = typer.Typer(
     name="peristalsis",
@@ -390,6 +391,9 @@ def warm_up_(
 app.add_typer(cell_app)
 app.command("map", epilog=epilog("map"))(map_)
 app.command("paper", epilog=epilog("paper"))(paper)
+app.command("sweep", epilog=epilog("sweep"))(sweep)
+app.command("stall-map", epilog=epilog("stall-map"))(stall_map)
+app.command("kept", epilog=epilog("kept"))(kept)
 
 
 @app.command("version", epilog=epilog("version"))
