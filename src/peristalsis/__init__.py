@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from .errors import PeristalsisError
     from .inputs.config import Configuration
     from .many.batch import batch
+    from .many.studies.stall_map import stall_map
+    from .many.studies.sweep import sweep
     from .names import Output
     from .plugins import register
     from .results.result import Result, load
@@ -24,8 +26,6 @@ if TYPE_CHECKING:
     from .running.simulation import Simulation
     from .scenarios import Scenario, configuration
     from .scenarios import names as scenario_names
-    from .studies.stall_map import stall_map
-    from .studies.sweep import sweep
 
 __all__ = [
     "Configuration",
@@ -60,8 +60,8 @@ _HOMES = {
     "register": ("plugins", "register"),
     "run": ("running.runner", "run"),
     "scenario_names": ("scenarios", "names"),
-    "stall_map": ("studies.stall_map", "stall_map"),
-    "sweep": ("studies.sweep", "sweep"),
+    "stall_map": ("many.studies.stall_map", "stall_map"),
+    "sweep": ("many.studies.sweep", "sweep"),
 }
 
 

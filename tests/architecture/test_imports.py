@@ -58,7 +58,6 @@ ALLOWED = {
     "running": PHYSICS | WORDS | {"plugins", "inputs", "scenarios", "storing", "results", "names", "_version"},
     "many": PHYSICS | WORDS | {"inputs", "scenarios", "storing", "results", "running", "plots", "names"},
     "scoring": WORDS | {"inputs", "scenarios", "results", "running", "plots", "many", "_version"},
-    "studies": WORDS | {"inputs", "scenarios", "storing", "results", "running", "plots", "many", "scoring.metrics"},
     "scoring.paper": {"scoring", "inputs", "scenarios", "plots", "many"},
 }
 """What each room, or part of one, may import of the package beside itself; `cli` stands above all of these."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from peristalsis.studies.boundary import Node, refine, spacing_of
+from peristalsis.many.studies.boundary import Node, refine, spacing_of
 
 Field = Callable[[float, float], str]
 

@@ -9,11 +9,11 @@ import pytest
 from scipy import stats
 
 from peristalsis.errors import ConfigurationError
-from peristalsis.studies import classes
-from peristalsis.studies.designs import Design
-from peristalsis.studies.distributions import Distribution
-from peristalsis.studies.study import read_study
-from peristalsis.studies.variables import read_variables
+from peristalsis.many.studies import classes
+from peristalsis.many.studies.designs import Design
+from peristalsis.many.studies.distributions import Distribution
+from peristalsis.many.studies.study import read_study
+from peristalsis.many.studies.variables import read_variables
 
 FRICTION = 'pellet.viscous_friction = { from = "60 mN*s/cm", to = "240 mN*s/cm", scale = "log", count = 3 }\n'
 MUSCLE = 'muscle = { keys = ["longitudinal.active", "circular.active"], relative = true, from = 0.5, to = 1.0 }\n'
@@ -148,12 +148,12 @@ def test_classifiers_have_names() -> None:
     assert classes.get("motion")(row) == "arrested"
     assert classes.get("motion")({"status": "expelled", "transit_s": 2.0, "stops": 1}) == "caught again"
     assert classes.get("motion")({"status": "expelled", "transit_s": 2.0, "stops": 0}) == "rides"
-    assert classes.get("peristalsis.studies.classes:status")(row) == "arrested"
+    assert classes.get("peristalsis.many.studies.classes:status")(row) == "arrested"
     classes.register("mine", lambda row: "all")
     with pytest.raises(ConfigurationError, match="choose another name"):
         classes.register("mine", lambda row: "other")
     classes.forget("mine")
-    for name in ("mine", "nowhere:f", "peristalsis.studies.classes:f", "math:pi"):
+    for name in ("mine", "nowhere:f", "peristalsis.many.studies.classes:f", "math:pi"):
         with pytest.raises(ConfigurationError, match="classes"):
             classes.get(name)
 

@@ -18,11 +18,11 @@ from peristalsis.errors import ConfigurationError, WriteError
 from peristalsis.inputs.config import Configuration
 from peristalsis.many import sweep as engine_sweep
 from peristalsis.many.rows import Row, Step
+from peristalsis.many.studies import kept
+from peristalsis.many.studies.study import read_study
+from peristalsis.many.studies.sweep import sweep
 from peristalsis.many.sweep import Store
 from peristalsis.storing.locks import Claim
-from peristalsis.studies import kept
-from peristalsis.studies.study import read_study
-from peristalsis.studies.sweep import sweep
 
 HEAD = """
 outputs = ["transit_s", "final_position_cm"]
@@ -168,7 +168,7 @@ class Dying(engine_sweep.Measured):
 
 
 def test_a_point_that_kills_its_worker_twice_is_a_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from peristalsis.studies import runs
+    from peristalsis.many.studies import runs
 
     monkeypatch.setattr(runs, "Measured", Dying)
     values = ", ".join(f'"{one} mN*s/cm"' for one in (60, 120, 180))

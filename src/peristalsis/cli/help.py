@@ -49,7 +49,6 @@ EXAMPLES = {
         "peristalsis compare out/baseline out/thin",
         "peristalsis compare out/baseline out/thin out/reflex_only --out out/compared",
     ),
-    "batch": ("peristalsis batch friction.toml", "peristalsis batch friction.toml --workers 2 --out out/friction"),
     "check": ("peristalsis check out/baseline", "peristalsis check out/baseline out/thin --quarantine"),
     "map": MAP_EXAMPLES,
     "paper": PAPER_EXAMPLES,

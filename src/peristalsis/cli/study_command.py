@@ -1,7 +1,8 @@
-"""Commands of studies: their options and help. Each returns a Job; `studying` carries it out."""
+"""Commands of many runs: their options and help. Each returns a Job; `batching` and `studying` carry it out."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -12,7 +13,8 @@ from .job import Job
 
 MOST_WORKERS = 64
 
-EXAMPLES = {
+EXAMPLES: dict[str, tuple[str, ...]] = {
+    "batch": ("peristalsis batch friction.toml", "peristalsis batch friction.toml --workers 2 --out out/friction"),
     "sweep": (
         "peristalsis sweep examples/friction_study.toml",
         "peristalsis sweep examples/friction_study.toml --workers 2 --parquet",
@@ -70,6 +72,27 @@ def workers_of(workers: int, scheduler: str | None) -> int | str:
     return workers
 
 
+def batch(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="TOML file: scenario, changes, and a grid or points.")],
+    out: Annotated[
+        str | None,
+        typer.Option("--out", metavar="DIR", help="Folder of the runs and their table; out/NAME of FILE unless given."),
+    ] = None,
+    workers: Workers = 1,
+    scheduler: Scheduler = None,
+    as_json: Json = False,
+) -> Job:
+    """Run every point of a batch file.
+
+    Each run has a folder in DIR/runs; DIR/table.csv has a row for each. Runs that fail are rows with their reason.
+    A second call, or one after an interruption or a crash, runs only what is missing.
+    """
+    from .batching import batch as carry_out
+
+    chosen = workers_of(workers, scheduler)
+    return Job(lambda screen: carry_out(file, out, chosen, screen))
+
+
 def sweep(
     file: File,
     out: Out = None,
@@ -125,3 +148,7 @@ def kept(
     from .studying import kept as carry_out
 
     return Job(lambda screen: carry_out(folder, clean, screen))
+
+
+COMMANDS: dict[str, Callable[..., Job]] = {"batch": batch, "sweep": sweep, "stall-map": stall_map, "kept": kept}
+"""The commands by name."""

@@ -13,7 +13,7 @@ from .streams import Screen, spelled
 
 if TYPE_CHECKING:
     from ..many.rows import Step
-    from ..studies.table import Table
+    from ..many.studies.table import Table
     from .study_command import StudyOrder
 
 
@@ -70,7 +70,7 @@ def ended(table: Table, screen: Screen) -> int:
     """The exit code of a table; points without result are said."""
     if table.status == "finished":
         return 0
-    from ..studies.table import WITHOUT_RESULT
+    from ..many.studies.table import WITHOUT_RESULT
 
     without = sum(table.statuses[one] for one in WITHOUT_RESULT)
     screen.line(f"error: {without} of {len(table)} points have no result; the table says why")
@@ -79,8 +79,8 @@ def ended(table: Table, screen: Screen) -> int:
 
 def sweep(order: StudyOrder, screen: Screen) -> int:
     """Carry out a study; the exit code."""
-    from ..studies.pictures import draw_sweep
-    from ..studies.sweep import sweep as carry_out
+    from ..many.studies.pictures import draw_sweep
+    from ..many.studies.sweep import sweep as carry_out
 
     begin = time.monotonic()
     target = target_of(order, screen)
@@ -101,9 +101,9 @@ def sweep(order: StudyOrder, screen: Screen) -> int:
 
 def stall_map(order: StudyOrder, screen: Screen) -> int:
     """Carry out a map of classes; the exit code."""
-    from ..studies.pictures import draw_map
-    from ..studies.stall_map import NODES
-    from ..studies.stall_map import stall_map as carry_out
+    from ..many.studies.pictures import draw_map
+    from ..many.studies.stall_map import NODES
+    from ..many.studies.stall_map import stall_map as carry_out
 
     begin = time.monotonic()
     target = target_of(order, screen)
@@ -136,7 +136,7 @@ def _answer(
 
 def kept(folder: str, clean: str | None, screen: Screen) -> int:
     """Count kept runs, and remove those that are not wanted; the exit code."""
-    from ..studies.kept import CHOICES, clean_up, count
+    from ..many.studies.kept import CHOICES, clean_up, count
 
     if clean is not None and clean not in CHOICES:
         raise ConfigurationError(f"--clean {clean}: choose one of {', '.join(CHOICES)}")

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..many.engine import rows_of
-from ..many.rows import Point, Row, Step
-from ..many.sweep import Measured, Store
-from ..running.pool import Workers
+from ...running.pool import Workers
+from ..engine import rows_of
+from ..rows import Point, Row, Step
+from ..sweep import Measured, Store
 from .outputs import KIND, measure
 
 

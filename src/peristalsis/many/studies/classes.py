@@ -6,8 +6,8 @@ import importlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ..errors import ConfigurationError, DivergenceError, PeristalsisError, shown, suggestion
-from ..many.rows import Row
+from ...errors import ConfigurationError, DivergenceError, PeristalsisError, shown, suggestion
+from ..rows import Row
 
 Classifier = Callable[[Mapping[str, Any]], str]
 """From a row (what was varied, `status`, every output) to the name of its class."""

@@ -20,11 +20,11 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from .. import scenarios
-from ..errors import ConfigurationError, ReadingNotFound, ScenarioNotFound, UnknownKeyError, shown, suggestion
-from ..inputs.config import Configuration, read_toml
-from ..many.plan import flat_changes
-from ..many.rows import Point
+from ... import scenarios
+from ...errors import ConfigurationError, ReadingNotFound, ScenarioNotFound, UnknownKeyError, shown, suggestion
+from ...inputs.config import Configuration, read_toml
+from ..plan import flat_changes
+from ..rows import Point
 from . import outputs as known_outputs
 from .designs import DRAWN, KINDS, Design
 from .variables import Variable, read_variables

@@ -7,10 +7,10 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import ConfigurationError, WriteError, shown
-from ..many.rows import CODE
-from ..many.sweep import Store
-from ..storing import disk
+from ...errors import ConfigurationError, WriteError, shown
+from ...storing import disk
+from ..rows import CODE
+from ..sweep import Store
 
 CURRENT, STALE, DAMAGED, UNFINISHED = "of this version", "stale", "damaged", "unfinished"
 CHOICES = ("stale", "damaged", "all")

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..plots import style
-from ..plots.placing import whole_in_folder
+from ...plots import style
+from ...plots.placing import whole_in_folder
 from .outputs import LABELS
 from .stall_map import StallMap
 from .table import CLOCK, WITHOUT_RESULT, Table

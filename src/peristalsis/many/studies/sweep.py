@@ -9,12 +9,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from ..errors import WriteError, shown
-from ..many.rows import CODE, Step
-from ..paths import located
-from ..running.pool import Workers
-from ..storing import disk
-from ..storing.locks import Claim
+from ...errors import WriteError, shown
+from ...paths import located
+from ...running.pool import Workers
+from ...storing import disk
+from ...storing.locks import Claim
+from ..rows import CODE, Step
 from .runs import Runs, kept_beside
 from .study import Study, located_study
 from .table import Table, parquet_library

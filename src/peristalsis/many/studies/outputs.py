@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ConfigurationError, suggestion
-from ..many.comparing import NUMBERS
-from ..many.rows import CODE
-from ..names import CERTAIN
-from ..results import quantities
-from ..results.result import CLOCK, json_ready
-from ..scoring import metrics
+from ...errors import ConfigurationError, suggestion
+from ...names import CERTAIN
+from ...results import quantities
+from ...results.result import CLOCK, json_ready
+from ..comparing import NUMBERS
+from ..rows import CODE
 
 if TYPE_CHECKING:
-    from ..results.result import Result
-    from ..running.simulation import Simulation
+    from ...results.result import Result
+    from ...running.simulation import Simulation
 
 KIND = "study-1"
 """Of what is kept here; another number where that changes."""
@@ -26,7 +25,7 @@ POINTS = 400
 """Most times of a kept curve."""
 CURVES = ("pellet_position", "axial_force", "normal_force", "max_contact_pressure", "lumen_pressure")
 MOTION = {"irregularity": "1", "stops": "1", "reversals": "1", "libration_cm": "cm"}
-"""How the pellet went, as `scoring.metrics` defines it, with units."""
+"""How the pellet went, as `results.quantities` defines it, with units."""
 STANDARD = ("transit_s", "mean_velocity_cm_s", "max_axial_force_mN", "final_position_cm")
 """Outputs of a study that names none."""
 LABELS = {one.key: f"{one.label} ({one.unit})" if one.unit != "1" else one.label for one in NUMBERS} | {
@@ -53,14 +52,11 @@ def measure(simulation: Simulation, result: Result) -> tuple[dict[str, Any], dic
 
 def _motion(result: Result) -> dict[str, Any]:
     time, position = result.arrays["time_step"], result.arrays["pellet_position"]
-    window = (metrics.WINDOW,)
     return {
-        "irregularity": quantities.irregularity(
-            time, position, metrics.VELOCITY_BIN, *window, least_travel=metrics.LEAST_TRAVEL
-        ),
-        "stops": quantities.stops(time, position, metrics.STOP_SPEED, metrics.STOP_TIME, *window),
-        "reversals": quantities.reversals(position, metrics.REVERSAL),
-        "libration_cm": quantities.libration(position, metrics.LEAST_SWING),
+        "irregularity": quantities.irregularity(time, position),
+        "stops": quantities.stops(time, position),
+        "reversals": quantities.reversals(position),
+        "libration_cm": quantities.libration(position),
     }
 
 

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ConfigurationError, DivergenceError, PeristalsisError, WriteError, shown
-from ..many.rows import Row
-from ..many.table import guarded
-from ..storing import disk
+from ...errors import ConfigurationError, DivergenceError, PeristalsisError, WriteError, shown
+from ...storing import disk
+from ..rows import Row
+from ..table import guarded
 from .outputs import number
 from .study import Study
 

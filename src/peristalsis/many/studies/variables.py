@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import units
-from ..errors import ConfigurationError, UnknownKeyError, shown, suggestion
-from ..inputs.config import FIELDS, KEYS, Configuration
+from ... import units
+from ...errors import ConfigurationError, UnknownKeyError, shown, suggestion
+from ...inputs.config import FIELDS, KEYS, Configuration
 from .distributions import DISTRIBUTIONS, Distribution
 
 Floats = NDArray[np.float64]

@@ -10,11 +10,11 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from ..errors import ConfigurationError, WriteError, shown, suggestion
-from ..many.rows import Point, Row, Step
-from ..paths import located
-from ..running.pool import Workers, engine_of
-from ..storing import disk
+from ...errors import ConfigurationError, WriteError, shown, suggestion
+from ...paths import located
+from ...running.pool import Workers, engine_of
+from ...storing import disk
+from ..rows import Point, Row, Step
 from . import classes as known_classes
 from .boundary import Node, Refined, refine, spacing_of
 from .runs import Runs, kept_beside
