@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from .errors import PeristalsisError
     from .inputs.config import Configuration
     from .many.batch import batch
+    from .many.studies.stall_map import stall_map
+    from .many.studies.sweep import sweep
     from .names import Output
     from .plugins import register
     from .results.result import Result, load
@@ -40,6 +42,8 @@ __all__ = [
     "register",
     "run",
     "scenario_names",
+    "stall_map",
+    "sweep",
 ]
 
 _HOMES = {
@@ -56,6 +60,8 @@ _HOMES = {
     "register": ("plugins", "register"),
     "run": ("running.runner", "run"),
     "scenario_names": ("scenarios", "names"),
+    "stall_map": ("many.studies.stall_map", "stall_map"),
+    "sweep": ("many.studies.sweep", "sweep"),
 }
 
 

@@ -70,14 +70,14 @@ def test_failures_do_not_spread() -> None:
 
 
 def test_a_process_that_dies_is_tried_again(tmp_path: Path) -> None:
-    found = list(carry_out(tasks(2, tmp_path), dies_twice, workers=2))
+    found = list(carry_out(tasks(2, tmp_path), dies_twice, workers=2, retries=2))
     assert sorted(found, key=lambda done: done.key) == [Done("task 0", 0), Done("task 1", 1)]
     assert len(list(tmp_path.iterdir())) == 6
 
 
 def test_one_that_always_dies_is_a_failure(tmp_path: Path) -> None:
-    found = list(carry_out(tasks(2, tmp_path), dies_twice, workers=2, retries=1))
-    assert all(done.value == Failure("its process ended by itself with exit code 3") for done in found)
+    found = list(carry_out(tasks(2, tmp_path), dies_twice, workers=2))
+    assert all(done.value == Failure("its process ended by itself with exit code 3, 2 times") for done in found)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -135,7 +135,6 @@ def test_processes_end_with_the_one_that_started_them(tmp_path: Path) -> None:
 
 UNGUARDED = """
 from peristalsis.running.pool import carry_out
-{import_}
 def own(task):
     return task
 print([done.value for done in carry_out({{"a": 1, "b": 2}}, {work}, workers=2)])
@@ -145,8 +144,8 @@ print([done.value for done in carry_out({{"a": 1, "b": 2}}, {work}, workers=2)])
 @pytest.mark.parametrize("source", ["file", "standard input"])
 @pytest.mark.parametrize("work", ["abs", "own"])
 def test_a_program_without_a_guard(work: str, source: str, tmp_path: Path) -> None:
-    """Work of a module needs none; work of the program itself does, and one sentence says so."""
-    text = UNGUARDED.format(import_="", work=work)
+    """Neither work of a module nor that of the program itself needs one: the program is not read again."""
+    text = UNGUARDED.format(work=work)
     program = tmp_path / "program.py"
     program.write_text(text, encoding="utf-8")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
@@ -154,12 +153,5 @@ def test_a_program_without_a_guard(work: str, source: str, tmp_path: Path) -> No
     done = subprocess.run(
         words, input=text if source != "file" else "", capture_output=True, text=True, env=environment, check=False
     )
-    if work == "abs":
-        assert (done.returncode, done.stdout) in ((0, "[1, 2]\n"), (0, "[2, 1]\n"))
-        assert done.stderr == ""
-        return
-    assert done.returncode == 1
-    assert done.stderr.count("Traceback") == 1, "of the program, none of its processes"
-    last = done.stderr.splitlines()[-1]
-    assert last.startswith("peristalsis.errors.ConfigurationError: ")
-    assert ('if __name__ == "__main__":' if source == "file" else "standard input") in last
+    assert (done.returncode, done.stdout) in ((0, "[1, 2]\n"), (0, "[2, 1]\n"))
+    assert done.stderr == ""

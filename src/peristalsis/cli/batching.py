@@ -15,17 +15,13 @@ from .streams import Screen, spelled
 if TYPE_CHECKING:
     from ..many.rows import Step
 
-MOST_WORKERS = 64
 
-
-def batch(file: str, out: str | None, workers: int, screen: Screen) -> int:
+def batch(file: str, out: str | None, workers: int | str, screen: Screen) -> int:
     """Carry out a batch file; the exit code."""
     from ..many.batch import WITHOUT_RESULT
     from ..many.batch import batch as carry_out
     from ..many.plan import as_text, read_plan
 
-    if not 1 <= workers <= MOST_WORKERS:
-        raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
     begin = time.monotonic()
     plan = read_plan(located(file))
     target = Path("out", located(file).stem) if out is None else located(out)

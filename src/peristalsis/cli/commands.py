@@ -14,6 +14,7 @@ from .inputs import Input
 from .job import Job
 from .map_command import map_
 from .paper_command import paper
+from .study_command import COMMANDS as STUDIES
 
 app = typer.Typer(
     name="peristalsis",
@@ -331,26 +332,6 @@ def compare_(
     return Job(lambda screen: compare(runs, out, overwrite, screen))
 
 
-@app.command("batch", epilog=epilog("batch"))
-def batch_(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="TOML file: scenario, changes, and a grid or points.")],
-    out: Annotated[
-        str | None,
-        typer.Option("--out", metavar="DIR", help="Folder of the runs and their table; out/NAME of FILE unless given."),
-    ] = None,
-    workers: Annotated[int, typer.Option("--workers", metavar="N", help="Processes that run at a time.")] = 1,
-    as_json: Json = False,
-) -> Job:
-    """Run every point of a batch file.
-
-    Each run has a folder in DIR/runs; DIR/table.csv has a row for each. Runs that fail are rows with their reason.
-    A second call, or one after an interruption or a crash, runs only what is missing.
-    """
-    from .batching import batch
-
-    return Job(lambda screen: batch(file, out, workers, screen))
-
-
 @app.command("check", epilog=epilog("check"))
 def check_(
     folders: Annotated[list[str], typer.Argument(metavar="FOLDER...", help="Folders of stored runs.")],
@@ -390,6 +371,8 @@ def warm_up_(
 app.add_typer(cell_app)
 app.command("map", epilog=epilog("map"))(map_)
 app.command("paper", epilog=epilog("paper"))(paper)
+for command, declared in STUDIES.items():
+    app.command(command, epilog=epilog(command))(declared)
 
 
 @app.command("version", epilog=epilog("version"))

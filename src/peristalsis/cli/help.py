@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from .map_command import EXAMPLES as MAP_EXAMPLES
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
+from .study_command import EXAMPLES as STUDY_EXAMPLES
 
 EXIT_CODES = (
     "Exit codes: 0 finished, whatever the pellet did; 1 a check ran and failed; 2 bad input; "
-    "3 the run diverged, or points of a batch have no result; 4 a result could not be written; 130 interrupted."
+    "3 the run diverged, or points of a batch or study have no result; "
+    "4 a result could not be written; 130 interrupted."
 )
 
 EXAMPLES = {
@@ -47,10 +49,10 @@ EXAMPLES = {
         "peristalsis compare out/baseline out/thin",
         "peristalsis compare out/baseline out/thin out/reflex_only --out out/compared",
     ),
-    "batch": ("peristalsis batch friction.toml", "peristalsis batch friction.toml --workers 2 --out out/friction"),
     "check": ("peristalsis check out/baseline", "peristalsis check out/baseline out/thin --quarantine"),
     "map": MAP_EXAMPLES,
     "paper": PAPER_EXAMPLES,
+    **STUDY_EXAMPLES,
     "warm-up": ("peristalsis warm-up", "peristalsis warm-up --set tissue.cell=hodgkin_huxley"),
     "version": ("peristalsis version",),
 }

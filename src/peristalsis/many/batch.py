@@ -24,7 +24,7 @@ from ..inputs import tables
 from ..inputs.config import Configuration
 from ..paths import located
 from ..results.result import json_ready, read_summary
-from ..running.pool import Failure, refuse_while_starting
+from ..running.pool import Failure, Workers
 from ..running.runner import KeptRun
 from ..storing import disk
 from ..storing.checkpoint import EVERY
@@ -68,20 +68,20 @@ def batch(
     plan: Plan | str | PathLike[str],
     out: str | PathLike[str],
     *,
-    workers: int = 1,
+    workers: Workers = 1,
     every: float = EVERY,
     progress: Callable[[Step], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Batch:
     """Carry out the runs of a plan (or of a batch file) that are missing in OUT/runs, and write OUT/table.csv.
 
-    workers: processes; the results do not depend on how many. every: seconds on the clock between checkpoints. A run
+    workers: processes, or the address of a Dask scheduler whose workers see the same
+    folder; the results do not depend on them. every: seconds on the clock between checkpoints. A run
     that fails is a row with its reason. What can end otherwise another time is run again by the next call, and `say`
     is told: a point whose process died, and one that is damaged, which is moved aside. Raises ConfigurationError for a
     bad file, WriteError when results cannot be stored or another process works in OUT, and InterruptedRun when
     stopped: what was finished stays, and a second call goes on.
     """
-    refuse_while_starting()
     planned = plan if isinstance(plan, Plan) else read_plan(Path(plan))
     target = located(out)
     if target.is_symlink() or (target.exists() and not target.is_dir()):
@@ -96,7 +96,7 @@ def batch(
 def _batch(
     planned: Plan,
     target: Path,
-    workers: int,
+    workers: Workers,
     every: float,
     progress: Callable[[Step], None] | None,
     say: Callable[[str], None] | None,

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 from ..inputs.config import Configuration
-from ..running.pool import Failure, carry_out
+from ..running.pool import Engine, Failure, Workers, carry_out
 from ..running.warm_up import warm_up
 from .rows import Point, Row, Step
 
@@ -38,11 +38,12 @@ class Keeping(Protocol):
 
 
 def rows_of(
-    points: Sequence[Point], keeping: Keeping, workers: int = 1, progress: Progress | None = None
+    points: Sequence[Point], keeping: Keeping, workers: Workers = 1, progress: Progress | None = None
 ) -> tuple[Row, ...]:
-    """The row of every point, in their order; those that are missing are made by so many processes (1: this one).
+    """The row of every point, in their order; those that are missing are made by these workers.
 
-    progress: told of every row as it is there. The rows do not depend on the workers. Raises what `keeping` raises.
+    workers: processes (1: this one), the address of a Dask scheduler, or an engine that is open. progress: told of
+    every row as it is there. The rows do not depend on the workers. Raises what `keeping` raises.
     """
     rows: dict[int, Row] = {}
 
@@ -80,12 +81,18 @@ def _made(
     configurations: Mapping[str, Configuration],
     first: Mapping[str, Point],
     keeping: Keeping,
-    workers: int,
+    workers: Workers,
 ) -> Iterator[tuple[str, Row]]:
     """Key and row of every missing run, in the order in which they are finished."""
-    if workers > 1 and len(missing) > 1:
+    if _in_processes(workers) and len(missing) > 1:
         for key in missing:  # compiled once here, not once in every process
             one = configurations[key]
             warm_up(one.grid.n_theta > 1, one.solver.integrator == "explicit", one.parts_chosen())
     for done in carry_out(missing, keeping.work(), workers):
         yield done.key, keeping.take(done.key, first[done.key], missing[done.key], done.value)
+
+
+def _in_processes(workers: Workers) -> bool:
+    """Whether several processes of this machine work, which then find the kernels compiled."""
+    count = workers.width if isinstance(workers, Engine) else workers
+    return isinstance(count, int) and count > 1

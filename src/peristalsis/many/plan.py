@@ -51,7 +51,7 @@ def read_plan(source: str | PathLike[str]) -> Plan:
     for name in tables:
         if name not in TABLES:
             raise ConfigurationError(f"{shown(name)} is no part of a batch; {suggestion(name, TABLES)}")
-    base = _flat(tables.get("changes", {}), "changes")
+    base = flat_changes(tables.get("changes", {}), "changes")
     for name in ("scenario", "reading"):
         if name in tables:
             base[name] = tables[name]
@@ -67,7 +67,7 @@ def _points(tables: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     if ("grid" in tables) == ("points" in tables):
         raise ConfigurationError("a batch has either a table [grid] or tables [[points]]; give one of the two")
     if "grid" in tables:
-        yield from _grid(_flat(tables["grid"], "grid"))
+        yield from _grid(flat_changes(tables["grid"], "grid"))
         return
     points = tables["points"]
     if not isinstance(points, list) or not points:
@@ -75,7 +75,7 @@ def _points(tables: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     _count(len(points))
     seen: set[str] = set()
     for number, point in enumerate(points, 1):
-        values = _flat(point, f"points, number {number}")
+        values = flat_changes(point, f"points, number {number}")
         name = values.pop("name", "run")
         if not isinstance(name, str) or not _NAME.fullmatch(name):
             raise ConfigurationError(
@@ -124,7 +124,7 @@ def _point(name: str, given: dict[str, Any], values: Mapping[str, Any]) -> Point
         return Point(name, values, refusal=str(error))
 
 
-def _flat(tree: Any, where: str) -> dict[str, Any]:
+def flat_changes(tree: Any, where: str) -> dict[str, Any]:
     """Dotted key to value of a table of tables; every key is one of a parameter."""
     if not isinstance(tree, Mapping):
         raise ConfigurationError(f"{where}: {shown(tree)} is not a table of parameters; give keys with values")

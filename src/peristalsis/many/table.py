@@ -31,10 +31,10 @@ def table(keys: tuple[str, ...], rows: tuple[Row, ...], target: Path) -> bytes:
     for row, one in zip(rows, flat, strict=True):
         folder = name_of(row.folder, target)
         given = {key: as_text(row.point.values[key]) if key in row.point.values else "" for key in units}
-        values = [_guarded(text, units[key]) for key, text in given.items()]
+        values = [guarded(text, units[key]) for key, text in given.items()]
         said = " | ".join(row.remarks)
         cells = [row.point.name, *(_cell(one.get(name)) for name in numbers), said, row.fingerprint, folder]
-        name, *rest = map(_guarded, cells)
+        name, *rest = map(guarded, cells)
         writer.writerow([name, *values, *rest])
     return text.getvalue().encode("utf-8")
 
@@ -58,7 +58,7 @@ def _cell(value: object) -> str:
     return "" if value is None else value if isinstance(value, str) else repr(value)
 
 
-def _guarded(cell: str, unit: str = "") -> str:
+def guarded(cell: str, unit: str = "") -> str:
     """A cell that no spreadsheet takes for a formula; numbers stay as they are, those with a unit in their column."""
     return f"'{cell}" if cell.startswith(RISKY) and not _is_number(cell, unit) else cell
 

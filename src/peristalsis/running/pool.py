@@ -1,40 +1,24 @@
-"""Independent pieces of work in a few fresh processes; one that dies takes nothing along.
+"""Independent pieces of work by an executor; what is lost with a worker is tried again and harms nothing else.
 
-Each process has a pipe of its own, so it is known which piece a dead process was at: that one is tried again, the
-others never notice. A process ends with the one that started it, however that ends.
-
-Fresh processes do not read the program that started them again, so a script needs no `if __name__ == "__main__":` and
-may come from anywhere, standard input too. Only where the work itself is a function of that program must they.
+Everything here is written against `concurrent.futures.Executor`: processes of this machine (`processes`), the workers
+of a Dask scheduler (`cluster`), or any other one that a caller brings.
 """
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import signal
-import sys
-import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnProcess
-from multiprocessing.reduction import ForkingPickler
-from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from .. import plugins
-from ..errors import ConfigurationError, PeristalsisError
+from ..errors import PeristalsisError
 
-RETRIES = 2
-PATIENCE = 5.0
-"""Seconds that a process is given to leave its work in order when all are stopped."""
-
-UNGUARDED = 86
-"""Exit code of a process that found itself starting processes while it was being started."""
-MAIN = "__main__"
-GUARD = f'if __name__ == "{MAIN}":'
+RETRIES = 1
+"""A piece of work that fails twice, or loses its worker twice, is a failure."""
+_LOOK = 5.0
+"""Seconds between two looks at whether there are workers at all."""
 
 Task = TypeVar("Task")
 Value = TypeVar("Value")
@@ -55,22 +39,68 @@ class Done(Generic[Value]):
     value: Value | Failure
 
 
+@dataclass(frozen=True)
+class Engine:
+    """An executor that is open, None for this process, and how many pieces of work it is given at a time.
+
+    hopeless: errors after which a piece is not tried again, because the executor has done so itself. look: called now
+    and then while all wait; raises where no worker is left.
+    """
+
+    executor: Executor | None = None
+    width: int = 1
+    hopeless: tuple[type[BaseException], ...] = ()
+    look: Callable[[], None] = lambda: None
+
+
+Workers = int | str | Engine
+"""Processes of this machine (1: this one), the address of a Dask scheduler, or an engine that is open already."""
+
+
+@contextmanager
+def engine_of(workers: Workers, most: int | None = None) -> Iterator[Engine]:
+    """The engine of these workers while this lasts; one that is open already stays open.
+
+    most: more processes than these are not started. Raises ConfigurationError for a scheduler that cannot be used.
+    """
+    if isinstance(workers, Engine):
+        yield workers
+        return
+    if isinstance(workers, str):
+        from .cluster import at_scheduler
+
+        with at_scheduler(workers) as engine:
+            yield engine
+        return
+    count = workers if most is None else min(workers, most)
+    if count <= 1:
+        yield Engine()
+        return
+    from .processes import Processes
+
+    executor = Processes(count)
+    try:
+        yield Engine(executor, count)
+    except BaseException:
+        executor.shutdown(cancel_futures=True)
+        raise
+    executor.shutdown()
+
+
 def carry_out(
-    tasks: Mapping[str, Task], work: Callable[[Task], Value], workers: int = 1, retries: int = RETRIES
+    tasks: Mapping[str, Task], work: Callable[[Task], Value], workers: Workers = 1, retries: int = RETRIES
 ) -> Iterator[Done[Value]]:
     """Do `work` to every task and yield what comes of it, in the order in which it is finished.
 
-    work: a function of a module, so that processes find it. workers: processes; 1 works in this one. A task whose
-    process dies, or that raises something unforeseen, is tried again up to `retries` times and is then a Failure. A
-    PeristalsisError, such as a disk that is full, ends everything and is raised here. Raises ConfigurationError where
-    work that is a function of the program itself cannot be found by other processes.
+    A task whose worker dies, or that raises something unforeseen, is tried again up to `retries` times and is then a
+    Failure. A PeristalsisError, such as a disk that is full, ends everything and is raised here.
     """
-    refuse_while_starting()
-    if workers <= 1 or len(tasks) <= 1:
-        for key, task in tasks.items():
-            yield Done(key, _attempts(work, task, retries))
-        return
-    yield from _in_processes(tasks, work, min(workers, len(tasks)), retries)
+    with engine_of(workers, len(tasks)) as engine:
+        if engine.executor is None:
+            for key, task in tasks.items():
+                yield Done(key, _attempts(work, task, retries))
+        else:
+            yield from _by(engine, engine.executor, tasks, work, retries)
 
 
 def _attempts(work: Callable[[Task], Value], task: Task, retries: int) -> Value | Failure:
@@ -85,166 +115,42 @@ def _attempts(work: Callable[[Task], Value], task: Task, retries: int) -> Value 
     raise AssertionError("there is at least one attempt")  # pragma: no cover
 
 
-def refuse_while_starting() -> None:
-    """End a process that reads a program without a guard as it is started: the one that started it says why."""
-    if getattr(multiprocessing.current_process(), "_inheriting", False):
-        os._exit(UNGUARDED)
-
-
-def _reads_main(content: object) -> bool:
-    """Whether a process must have read the program that started it to understand this."""
-    return MAIN.encode("ascii") in bytes(ForkingPickler.dumps(content))
-
-
-_STARTING = threading.Lock()
-
-
-@contextmanager
-def _without_main() -> Iterator[None]:
-    """While this lasts, processes that are started do not learn from which file this program came."""
-    with _STARTING:
-        main = vars(sys.modules[MAIN])
-        kept: dict[str, Any] = {name: main[name] for name in ("__file__", "__spec__") if name in main}
-        main.pop("__file__", None)
-        main["__spec__"] = None
-        try:
-            yield
-        finally:
-            main.pop("__spec__", None)
-            main.update(kept)
-
-
-@contextmanager
-def _with_main() -> Iterator[None]:
-    file = getattr(sys.modules[MAIN], "__file__", None)
-    if file is not None and not Path(file).is_file():
-        raise ConfigurationError(
-            "work of a program that comes from standard input cannot be found by other processes; save it to a file, "
-            "or use one worker"
-        )
-    yield
-
-
-class _Worker:
-    """A process, its pipe, and the key of the task that it is at."""
-
-    def __init__(self, work: Callable[[Any], Any], reads_main: bool) -> None:
-        # Fresh processes: a forked one would share the state of compiled code and threads.
-        context = multiprocessing.get_context("spawn")
-        self.pipe, theirs = context.Pipe()
-        self.process: SpawnProcess = context.Process(target=_serve, args=(theirs, work), daemon=False)
-        with _with_main() if reads_main else _without_main():
-            self.process.start()
-        theirs.close()
-        self.key: str | None = None
-
-    def start(self, key: str, task: object) -> None:
-        self.key = key
-        with suppress(OSError):  # it died before: seen, and tried again, where answers are taken
-            self.pipe.send(task)
-
-    def answer(self) -> tuple[bool, Any] | None:
-        """(True, value) or (False, error) from a process that has answered, None from one that is dead."""
-        try:
-            found: tuple[bool, Any] = self.pipe.recv()
-            return found
-        except (EOFError, OSError):
-            return None
-
-    def death(self) -> str:
-        """How the process ended, in words."""
-        self.pipe.close()
-        self.process.join()
-        code = self.process.exitcode or 0
-        if code == UNGUARDED:
-            raise ConfigurationError(
-                f"the program starts processes that read it again, and has no {GUARD}; put what is to be done once "
-                "below such a line, or use one worker"
-            )
-        if code >= 0:
-            return f"its process ended by itself with exit code {code}"
-        name = signal.Signals(-code).name
-        hint = ", for want of memory perhaps" if name == "SIGKILL" else ""
-        return f"its process was ended by {name}{hint}"
-
-    def stop(self) -> None:
-        self.pipe.close()  # an idle process ends
-        if self.key is not None:
-            self.process.terminate()  # a run under way stops between two steps
-
-
-def _in_processes(
-    tasks: Mapping[str, Task], work: Callable[[Task], Value], count: int, retries: int
+def _by(
+    engine: Engine, executor: Executor, tasks: Mapping[str, Task], work: Callable[[Task], Value], retries: int
 ) -> Iterator[Done[Value]]:
     queue = deque(tasks)
-    left = dict.fromkeys(tasks, retries)
-    staff: list[_Worker] = []
-    reads_main = _reads_main((work, next(iter(tasks.values()))))
+    attempts = dict.fromkeys(tasks, 0)
+    under_way: dict[Future[Any], str] = {}
     try:
-        while queue or any(one.key is not None for one in staff):
-            for one in staff:
-                if one.key is None and queue:
-                    key = queue.popleft()
-                    one.start(key, tasks[key])
-            while queue and len(staff) < count:
-                one = _Worker(work, reads_main)
-                staff.append(one)
+        while queue or under_way:
+            while queue and len(under_way) < engine.width:
                 key = queue.popleft()
-                one.start(key, tasks[key])
-            busy = {one.pipe: one for one in staff if one.key is not None}
-            for pipe in wait(list(busy)):
-                one = busy[pipe]  # type: ignore[index]
-                key, one.key = str(one.key), None
-                answer = one.answer()
-                if answer is not None and answer[0]:
-                    yield Done(key, answer[1])
+                under_way[executor.submit(work, tasks[key])] = key
+            done, _ = wait(under_way, timeout=_LOOK, return_when=FIRST_COMPLETED)
+            if not done:
+                engine.look()
+            for future in done:
+                key = under_way.pop(future)
+                error = future.exception()
+                if error is None:
+                    yield Done(key, future.result())
                     continue
-                if answer is None:
-                    error: object = one.death()
-                    staff.remove(one)
-                else:
-                    error = answer[1]
-                if isinstance(error, PeristalsisError):
+                if isinstance(error, PeristalsisError) or not isinstance(error, Exception):
                     raise error
-                if left[key] > 0:
-                    left[key] -= 1
-                    queue.append(key)
+                attempts[key] += 1
+                if attempts[key] > retries or isinstance(error, engine.hopeless):
+                    yield Done(key, Failure(_said(error, attempts[key])))
                 else:
-                    yield Done(key, Failure(str(error)))
-    finally:
-        for one in staff:
-            one.stop()
-        for one in staff:
-            one.process.join(PATIENCE)
-            if one.process.is_alive():
-                one.process.kill()
-                one.process.join()
+                    queue.append(key)
+    except BaseException:
+        for future in under_way:
+            future.cancel()
+        raise
 
 
-def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
-    """What a process does: one task after the other, until the pipe is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one who started it decides what Ctrl-C means
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    plugins.ready()
-    while True:
-        try:
-            task = pipe.recv()
-        except EOFError:
-            return
-        try:
-            answer: tuple[bool, object] = (True, work(task))
-        except PeristalsisError as error:
-            answer = (False, error)
-        except Exception as error:
-            answer = (False, f"{type(error).__name__}: {error}")
-        try:
-            pipe.send(answer)
-        except OSError:
-            return
+def _said(error: BaseException, attempts: int) -> str:
+    if not isinstance(error, BrokenExecutor):
+        return f"{type(error).__name__}: {error}"
+    from .processes import death
 
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)  # at once: what a run had written stands, and its lock is free for who resumes it
+    return f"{death(error)}{f', {attempts} times' if attempts > 1 else ''}"

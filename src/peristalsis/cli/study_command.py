@@ -1,0 +1,154 @@
+"""Commands of many runs: their options and help. Each returns a Job; `batching` and `studying` carry it out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated
+
+import typer
+
+from ..errors import ConfigurationError, shown
+from .job import Job
+
+MOST_WORKERS = 64
+
+EXAMPLES: dict[str, tuple[str, ...]] = {
+    "batch": ("peristalsis batch friction.toml", "peristalsis batch friction.toml --workers 2 --out out/friction"),
+    "sweep": (
+        "peristalsis sweep examples/friction_study.toml",
+        "peristalsis sweep examples/friction_study.toml --workers 2 --parquet",
+        "peristalsis sweep examples/friction_study.toml --scheduler tcp://127.0.0.1:8786",
+    ),
+    "stall-map": ("peristalsis stall-map examples/stall_map.toml --workers 2",),
+    "kept": ("peristalsis kept", "peristalsis kept out/kept --clean stale", "peristalsis kept out/kept --clean all"),
+}
+"""Examples of the help texts, by command."""
+
+File = Annotated[str, typer.Argument(metavar="STUDY.toml", help="What is varied and how; see docs/studies.md.")]
+Out = Annotated[
+    str | None, typer.Option("--out", metavar="DIR", help="Folder of the tables; out/NAME of the file unless given.")
+]
+Workers = Annotated[int, typer.Option("--workers", metavar="N", help="Processes that run at a time.")]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler", metavar="tcp://HOST:PORT", help="A Dask scheduler whose workers run instead; extra cluster."
+    ),
+]
+Kept = Annotated[
+    str | None,
+    typer.Option("--kept", metavar="DIR", help="Folder of kept runs; `kept` beside that of the tables unless given."),
+]
+Parquet = Annotated[bool, typer.Option("--parquet", help="Write the table as Parquet too; extra studies.")]
+NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
+]
+
+
+@dataclass(frozen=True)
+class StudyOrder:
+    """What a command line asks of a study. workers: processes, or the address of a scheduler."""
+
+    file: str
+    out: str | None
+    workers: int | str
+    kept: str | None = None
+    parquet: bool = False
+    plots: bool = True
+
+
+def workers_of(workers: int, scheduler: str | None) -> int | str:
+    """Who runs. Raises ConfigurationError for what is neither a number of processes nor an address."""
+    if scheduler is not None:
+        if "://" not in scheduler:
+            raise ConfigurationError(
+                f"--scheduler {shown(scheduler)}: not an address; give one such as tcp://127.0.0.1:8786"
+            )
+        return scheduler
+    if not 1 <= workers <= MOST_WORKERS:
+        raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
+    return workers
+
+
+def batch(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="TOML file: scenario, changes, and a grid or points.")],
+    out: Annotated[
+        str | None,
+        typer.Option("--out", metavar="DIR", help="Folder of the runs and their table; out/NAME of FILE unless given."),
+    ] = None,
+    workers: Workers = 1,
+    scheduler: Scheduler = None,
+    as_json: Json = False,
+) -> Job:
+    """Run every point of a batch file.
+
+    Each run has a folder in DIR/runs; DIR/table.csv has a row for each. Runs that fail are rows with their reason.
+    A second call, or one after an interruption or a crash, runs only what is missing.
+    """
+    from .batching import batch as carry_out
+
+    chosen = workers_of(workers, scheduler)
+    return Job(lambda screen: carry_out(file, out, chosen, screen))
+
+
+def sweep(
+    file: File,
+    out: Out = None,
+    workers: Workers = 1,
+    scheduler: Scheduler = None,
+    kept: Kept = None,
+    parquet: Parquet = False,
+    no_plots: NoPlots = False,
+    as_json: Json = False,
+) -> Job:
+    """Run a study: one table, a row for every point.
+
+    Designs: grid, list, random, Latin hypercube, Sobol'. DIR/table.csv has parameters, status, outputs and hash. A
+    run that stalls, diverges or is refused is a row with its reason. A second call, or one with more samples or
+    outputs, runs only what is missing.
+    """
+    from .studying import sweep as carry_out
+
+    order = StudyOrder(file, out, workers_of(workers, scheduler), kept, parquet, not no_plots)
+    return Job(lambda screen: carry_out(order, screen))
+
+
+def stall_map(
+    file: File,
+    out: Out = None,
+    workers: Workers = 1,
+    scheduler: Scheduler = None,
+    kept: Kept = None,
+    no_plots: NoPlots = False,
+    as_json: Json = False,
+) -> Job:
+    """Map where pellets stall, or any classes, over two parameters.
+
+    Runs are made along the boundaries only. DIR/map.csv has the class of every node, DIR/boundary.csv the boundaries.
+    """
+    from .studying import stall_map as carry_out
+
+    order = StudyOrder(file, out, workers_of(workers, scheduler), kept, plots=not no_plots)
+    return Job(lambda screen: carry_out(order, screen))
+
+
+def kept(
+    folder: Annotated[str, typer.Argument(metavar="[DIR]", help="Folder of kept runs.")] = "out/kept",
+    clean: Annotated[
+        str | None,
+        typer.Option(
+            "--clean", metavar="stale|damaged|all", help="Remove those of other versions, damaged ones, or all."
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> Job:
+    """Count the kept runs of studies, check their hashes, or remove them."""
+    from .studying import kept as carry_out
+
+    return Job(lambda screen: carry_out(folder, clean, screen))
+
+
+COMMANDS: dict[str, Callable[..., Job]] = {"batch": batch, "sweep": sweep, "stall-map": stall_map, "kept": kept}
+"""The commands by name."""

@@ -1,0 +1,1 @@
+"""Studies: from one run to an answer. Designs, tables, maps of classes, sensitivities and cohorts, by one engine."""

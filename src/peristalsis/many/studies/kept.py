@@ -1,0 +1,73 @@
+"""The folder of kept runs: what is in it, and how it is cleaned."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...errors import ConfigurationError, WriteError, shown
+from ...storing import disk
+from ..rows import CODE
+from ..sweep import Store
+
+CURRENT, STALE, DAMAGED, UNFINISHED = "of this version", "stale", "damaged", "unfinished"
+CHOICES = ("stale", "damaged", "all")
+OLD = 3600.0
+"""Seconds after which a file that is not finished is taken for left behind: none takes as long to write."""
+
+
+@dataclass(frozen=True)
+class Count:
+    """How many files, and their bytes."""
+
+    number: int = 0
+    bytes: int = 0
+
+
+def count(folder: Path) -> dict[str, Count]:
+    """What is in a folder, by kind: of this version of the code, stale (of another one), damaged, unfinished.
+
+    Raises ConfigurationError where there is no folder.
+    """
+    found = dict.fromkeys((CURRENT, STALE, DAMAGED, UNFINISHED), Count())
+    for kind, _, size in _files(folder):
+        found[kind] = Count(found[kind].number + 1, found[kind].bytes + size)
+    return found
+
+
+def clean_up(folder: Path, what: str) -> dict[str, Count]:
+    """Remove stale runs, damaged ones, or all, with what was left unfinished an hour ago; what was removed, by kind.
+
+    A study under way makes again what it still needs. Raises ConfigurationError where there is no folder, WriteError.
+    """
+    wanted = {"stale": (STALE, UNFINISHED), "damaged": (DAMAGED, UNFINISHED)}.get(what, (CURRENT, STALE, DAMAGED))
+    removed = dict.fromkeys((*wanted, UNFINISHED), Count())
+    for kind, file, size in _files(folder):
+        if kind not in removed or (kind == UNFINISHED and time.time() - file.stat().st_mtime < OLD):
+            continue
+        try:
+            disk.DISK.remove(file)
+        except OSError as error:
+            raise WriteError(f"could not remove {shown(str(file))}: {error.strerror or error}") from None
+        removed[kind] = Count(removed[kind].number + 1, removed[kind].bytes + size)
+    return removed
+
+
+def _files(folder: Path) -> list[tuple[str, Path, int]]:
+    """Kind, path and bytes of every file of the folder that is a kept run or was to be one."""
+    if not folder.is_dir():
+        raise ConfigurationError(f"{shown(str(folder))} is no folder of kept runs; give the one that a study wrote")
+    store = Store(folder)
+    found: list[tuple[str, Path, int]] = []
+    for entry in sorted(os.scandir(folder), key=lambda one: one.name):
+        if not entry.is_file(follow_symlinks=False) or not entry.name.endswith(".npz"):
+            continue
+        if entry.name.startswith(disk.UNFINISHED):
+            kind = UNFINISHED
+        else:
+            row = store.load(entry.name.removesuffix(".npz"))
+            kind = DAMAGED if row is None else CURRENT if row.summary.get("code") == CODE else STALE
+        found.append((kind, Path(entry.path), entry.stat().st_size))
+    return found
