@@ -13,6 +13,7 @@ from .help import epilog
 from .inputs import Input
 from .job import Job
 from .map_command import map_
+from .options import Config, Drugs, Folder, Json, Library, MaybeName, Name, Overwrite, Reading, Settings, Workers
 from .paper_command import paper
 
 app = typer.Typer(
@@ -23,32 +24,6 @@ app = typer.Typer(
     rich_markup_mode=None,  # brackets in the texts are meant
     pretty_exceptions_enable=False,
 )
-
-Name = Annotated[str, typer.Argument(metavar="NAME", help="Scenario, see peristalsis list.", show_default=False)]
-MaybeName = Annotated[
-    str | None,
-    typer.Argument(metavar="[NAME]", help="Scenario, see peristalsis list; FILE may name it.", show_default=False),
-]
-Reading = Annotated[
-    str | None,
-    typer.Option(
-        "--reading", metavar="R", help="Reading of the paper's doubtful numbers: tight, stretched or printed."
-    ),
-]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change one parameter; numbers carry a unit. May be repeated."),
-]
-Config = Annotated[
-    str | None,
-    typer.Option("--config", metavar="FILE", help="TOML file of parameters, laid over the scenario."),
-]
-Json = Annotated[
-    bool,
-    typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong."),
-]
-Folder = Annotated[str, typer.Argument(metavar="FOLDER", help="Folder of a stored run, such as out/baseline.")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 
 
 @app.callback(invoke_without_command=True)
@@ -78,6 +53,8 @@ def run_(
     reading: Reading = None,
     settings: Settings = None,
     config: Config = None,
+    drug: Drugs = None,
+    drugs: Library = None,
     out: Annotated[
         str | None,
         typer.Option("--out", metavar="DIR", help="Folder of the result; out/NAME unless given."),
@@ -117,7 +94,7 @@ def run_(
     """
     from .running import Order, run
 
-    described = Input(name, reading, settings or (), config, integrator)
+    described = Input(name, reading, settings or (), config, integrator, drug or (), drugs)
     order = Order(described, out, overwrite, not no_plots, resume, certain, workers)
     return Job(lambda screen: run(order, screen), name)
 
@@ -126,7 +103,9 @@ def run_(
 def list_(
     what: Annotated[
         str | None,
-        typer.Argument(metavar="[WHAT]", help="scenarios, readings, cells, activations, laws, muscles or shapes."),
+        typer.Argument(
+            metavar="[WHAT]", help="scenarios, readings, drugs, cells, activations, laws, muscles or shapes."
+        ),
     ] = None,
     as_json: Json = False,
 ) -> Job:
@@ -149,6 +128,8 @@ def show_(
     reading: Reading = None,
     settings: Settings = None,
     config: Config = None,
+    drug: Drugs = None,
+    drugs: Library = None,
     toml: Annotated[bool, typer.Option("--toml", help="Write the configuration file instead of a table.")] = False,
     as_json: Json = False,
 ) -> Job:
@@ -158,7 +139,8 @@ def show_(
     """
     from .showing import show
 
-    return Job(lambda screen: show(Input(name, reading, settings or (), config), section, toml, screen), name)
+    described = Input(name, reading, settings or (), config, None, drug or (), drugs)
+    return Job(lambda screen: show(described, section, toml, screen), name)
 
 
 @app.command("schema", epilog=epilog("schema"))
@@ -189,6 +171,8 @@ def cite_(
     reading: Reading = None,
     settings: Settings = None,
     config: Config = None,
+    drug: Drugs = None,
+    drugs: Library = None,
     as_json: Json = False,
 ) -> Job:
     """List the sources of a run's numbers.
@@ -197,7 +181,7 @@ def cite_(
     """
     from .showing import cite
 
-    return Job(lambda screen: cite(Input(name, reading, settings or (), config), screen), name)
+    return Job(lambda screen: cite(Input(name, reading, settings or (), config, None, drug or (), drugs), screen), name)
 
 
 @app.command("plot", epilog=epilog("plot"))
@@ -338,7 +322,9 @@ def batch_(
         str | None,
         typer.Option("--out", metavar="DIR", help="Folder of the runs and their table; out/NAME of FILE unless given."),
     ] = None,
-    workers: Annotated[int, typer.Option("--workers", metavar="N", help="Processes that run at a time.")] = 1,
+    drug: Drugs = None,
+    drugs: Library = None,
+    workers: Workers = 1,
     as_json: Json = False,
 ) -> Job:
     """Run every point of a batch file.
@@ -348,7 +334,7 @@ def batch_(
     """
     from .batching import batch
 
-    return Job(lambda screen: batch(file, out, workers, screen))
+    return Job(lambda screen: batch(file, out, workers, screen, drug or (), drugs))
 
 
 @app.command("check", epilog=epilog("check"))
