@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .errors import PeristalsisError
     from .inputs.config import Configuration
     from .many.batch import batch
+    from .many.dose_response import dose_response
     from .names import Output
     from .plugins import register
     from .results.result import Result, load
@@ -35,6 +36,7 @@ __all__ = [
     "__version__",
     "batch",
     "configuration",
+    "dose_response",
     "load",
     "number",
     "register",
@@ -51,6 +53,7 @@ _HOMES = {
     "Simulation": ("running.simulation", "Simulation"),
     "batch": ("many.batch", "batch"),
     "configuration": ("scenarios", "configuration"),
+    "dose_response": ("many.dose_response", "dose_response"),
     "load": ("results.result", "load"),
     "number": ("declared", "number"),
     "register": ("plugins", "register"),

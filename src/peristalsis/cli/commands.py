@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from .cell_command import app as cell_app
+from .dose_command import dose_response_
 from .help import EXAMPLES as EXAMPLES
 from .help import WITHOUT_WORDS as WITHOUT_WORDS
 from .help import epilog
@@ -374,6 +375,7 @@ def warm_up_(
 
 
 app.add_typer(cell_app)
+app.command("dose-response", epilog=epilog("dose-response"))(dose_response_)
 app.command("map", epilog=epilog("map"))(map_)
 app.command("paper", epilog=epilog("paper"))(paper)
 
