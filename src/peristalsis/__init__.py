@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .errors import PeristalsisError
     from .inputs.config import Configuration
     from .many.batch import batch
+    from .many.dose_response import dose_response
     from .many.studies.stall_map import stall_map
     from .many.studies.sweep import sweep
     from .names import Output
@@ -37,6 +38,7 @@ __all__ = [
     "__version__",
     "batch",
     "configuration",
+    "dose_response",
     "load",
     "number",
     "register",
@@ -55,6 +57,7 @@ _HOMES = {
     "Simulation": ("running.simulation", "Simulation"),
     "batch": ("many.batch", "batch"),
     "configuration": ("scenarios", "configuration"),
+    "dose_response": ("many.dose_response", "dose_response"),
     "load": ("results.result", "load"),
     "number": ("declared", "number"),
     "register": ("plugins", "register"),

@@ -36,16 +36,17 @@ ALLOWED = {
     "inputs.choices": WORDS | {"declared", "inputs.parts"},
     "inputs.protocols": WORDS | {"inputs.tables", "inputs.choices"},
     "inputs.regions": WORDS | {"storing.disk", "inputs.parts"},
+    "inputs.drugs": WORDS | {"storing.disk"},
     "inputs.stimuli": WORDS | {"inputs.tables"},
     "inputs.recording": {"names", "inputs.parts"},
     "inputs.consistency": {"units", "errors"}
-    | {f"inputs.{name}" for name in ("parameters", "parts", "choices", "recording", "regions")},
+    | {f"inputs.{name}" for name in ("parameters", "parts", "choices", "recording", "regions", "drugs")},
     "inputs.config": WORDS
     | {"storing.disk"}
     | {
         f"inputs.{name}"
         for name in (
-            *("consistency", "protocols", "tables", "stimuli", "recording", "regions", "parameters"),
+            *("consistency", "protocols", "tables", "stimuli", "recording", "regions", "drugs", "parameters"),
             *("parts", "choices"),
         )
     },

@@ -5,18 +5,27 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ConfigurationError, DamagedResult, DivergenceError, WriteError, shown
 from ..paths import located
+from .inputs import under_drugs
 from .streams import Screen, spelled
 
 if TYPE_CHECKING:
-    from ..many.rows import Step
+    from ..many.rows import Point, Step
 
 
-def batch(file: str, out: str | None, workers: int | str, screen: Screen) -> int:
+def batch(
+    file: str,
+    out: str | None,
+    workers: int | str,
+    screen: Screen,
+    drugs: Sequence[str] = (),
+    library: str | None = None,
+) -> int:
     """Carry out a batch file; the exit code."""
     from ..many.batch import WITHOUT_RESULT
     from ..many.batch import batch as carry_out
@@ -24,6 +33,8 @@ def batch(file: str, out: str | None, workers: int | str, screen: Screen) -> int
 
     begin = time.monotonic()
     plan = read_plan(located(file))
+    if drugs or library is not None:
+        plan = replace(plan, points=tuple(_under_drugs(point, drugs, library) for point in plan.points))
     target = Path("out", located(file).stem) if out is None else located(out)
     screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(target)}: call again to go on"
 
@@ -48,6 +59,13 @@ def batch(file: str, out: str | None, workers: int | str, screen: Screen) -> int
     without = sum(row.status in WITHOUT_RESULT for row in made.rows)
     screen.line(f"error: {without} of {len(made.rows)} points have no result; the table says why")
     return DivergenceError.exit_code
+
+
+def _under_drugs(point: Point, drugs: Sequence[str], library: str | None) -> Point:
+    """A point of a batch with the drugs of its command line; refused ones stay as they are."""
+    if point.configuration is None:
+        return point
+    return replace(point, configuration=under_drugs(point.configuration, drugs, library))
 
 
 def check(folders: Sequence[str], aside: bool, screen: Screen) -> int:

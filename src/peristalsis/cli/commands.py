@@ -7,12 +7,14 @@ from typing import Annotated
 import typer
 
 from .cell_command import app as cell_app
+from .dose_command import dose_response_
 from .help import EXAMPLES as EXAMPLES
 from .help import WITHOUT_WORDS as WITHOUT_WORDS
 from .help import epilog
 from .inputs import Input
 from .job import Job
 from .map_command import map_
+from .options import Config, Drugs, Folder, Json, Library, MaybeName, Name, Overwrite, Reading, Settings
 from .paper_command import paper
 from .study_command import COMMANDS as STUDIES
 
@@ -24,32 +26,6 @@ app = typer.Typer(
     rich_markup_mode=None,  # brackets in the texts are meant
     pretty_exceptions_enable=False,
 )
-
-Name = Annotated[str, typer.Argument(metavar="NAME", help="Scenario, see peristalsis list.", show_default=False)]
-MaybeName = Annotated[
-    str | None,
-    typer.Argument(metavar="[NAME]", help="Scenario, see peristalsis list; FILE may name it.", show_default=False),
-]
-Reading = Annotated[
-    str | None,
-    typer.Option(
-        "--reading", metavar="R", help="Reading of the paper's doubtful numbers: tight, stretched or printed."
-    ),
-]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change one parameter; numbers carry a unit. May be repeated."),
-]
-Config = Annotated[
-    str | None,
-    typer.Option("--config", metavar="FILE", help="TOML file of parameters, laid over the scenario."),
-]
-Json = Annotated[
-    bool,
-    typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong."),
-]
-Folder = Annotated[str, typer.Argument(metavar="FOLDER", help="Folder of a stored run, such as out/baseline.")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 
 
 @app.callback(invoke_without_command=True)
@@ -79,6 +55,8 @@ def run_(
     reading: Reading = None,
     settings: Settings = None,
     config: Config = None,
+    drug: Drugs = None,
+    drugs: Library = None,
     out: Annotated[
         str | None,
         typer.Option("--out", metavar="DIR", help="Folder of the result; out/NAME unless given."),
@@ -118,7 +96,7 @@ def run_(
     """
     from .running import Order, run
 
-    described = Input(name, reading, settings or (), config, integrator)
+    described = Input(name, reading, settings or (), config, integrator, drug or (), drugs)
     order = Order(described, out, overwrite, not no_plots, resume, certain, workers)
     return Job(lambda screen: run(order, screen), name)
 
@@ -127,7 +105,9 @@ def run_(
 def list_(
     what: Annotated[
         str | None,
-        typer.Argument(metavar="[WHAT]", help="scenarios, readings, cells, activations, laws, muscles or shapes."),
+        typer.Argument(
+            metavar="[WHAT]", help="scenarios, readings, drugs, cells, activations, laws, muscles or shapes."
+        ),
     ] = None,
     as_json: Json = False,
 ) -> Job:
@@ -150,6 +130,8 @@ def show_(
     reading: Reading = None,
     settings: Settings = None,
     config: Config = None,
+    drug: Drugs = None,
+    drugs: Library = None,
     toml: Annotated[bool, typer.Option("--toml", help="Write the configuration file instead of a table.")] = False,
     as_json: Json = False,
 ) -> Job:
@@ -159,7 +141,8 @@ def show_(
     """
     from .showing import show
 
-    return Job(lambda screen: show(Input(name, reading, settings or (), config), section, toml, screen), name)
+    described = Input(name, reading, settings or (), config, None, drug or (), drugs)
+    return Job(lambda screen: show(described, section, toml, screen), name)
 
 
 @app.command("schema", epilog=epilog("schema"))
@@ -190,6 +173,8 @@ def cite_(
     reading: Reading = None,
     settings: Settings = None,
     config: Config = None,
+    drug: Drugs = None,
+    drugs: Library = None,
     as_json: Json = False,
 ) -> Job:
     """List the sources of a run's numbers.
@@ -198,7 +183,7 @@ def cite_(
     """
     from .showing import cite
 
-    return Job(lambda screen: cite(Input(name, reading, settings or (), config), screen), name)
+    return Job(lambda screen: cite(Input(name, reading, settings or (), config, None, drug or (), drugs), screen), name)
 
 
 @app.command("plot", epilog=epilog("plot"))
@@ -369,6 +354,7 @@ def warm_up_(
 
 
 app.add_typer(cell_app)
+app.command("dose-response", epilog=epilog("dose-response"))(dose_response_)
 app.command("map", epilog=epilog("map"))(map_)
 app.command("paper", epilog=epilog("paper"))(paper)
 for command, declared in STUDIES.items():

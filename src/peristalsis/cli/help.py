@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .dose_command import EXAMPLES as DOSE_EXAMPLES
 from .map_command import EXAMPLES as MAP_EXAMPLES
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
 from .study_command import EXAMPLES as STUDY_EXAMPLES
@@ -21,11 +22,12 @@ EXAMPLES = {
         "peristalsis run baseline --set reflex.enabled=false --set 'run.duration=1 s' --out out/short",
         "peristalsis run baseline --integrator explicit --set 'wall.surface_density=26.14 g/cm^2' "
         "--set grid.n_z_wall=100 --out out/explicit",
+        "peristalsis run baseline --drug 'nifedipine 30 nM' --drug 'lubricant 0.5' --out out/treated",
         "peristalsis run --config my.toml --out out/mine --json",
         "peristalsis run --config my.toml --out out/mine --resume",
         "peristalsis run baseline --set 'run.duration=1 s' --certain --out out/sure",
     ),
-    "list": ("peristalsis list", "peristalsis list cells", "peristalsis list laws --json", "peristalsis list muscles"),
+    "list": ("peristalsis list", "peristalsis list cells", "peristalsis list laws --json", "peristalsis list drugs"),
     "show": (
         "peristalsis show baseline",
         "peristalsis show baseline pellet --reading printed",
@@ -50,6 +52,7 @@ EXAMPLES = {
         "peristalsis compare out/baseline out/thin out/reflex_only --out out/compared",
     ),
     "check": ("peristalsis check out/baseline", "peristalsis check out/baseline out/thin --quarantine"),
+    "dose-response": DOSE_EXAMPLES,
     "map": MAP_EXAMPLES,
     "paper": PAPER_EXAMPLES,
     **STUDY_EXAMPLES,

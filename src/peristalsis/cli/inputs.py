@@ -25,6 +25,8 @@ class Input:
     settings: Sequence[str] = ()
     file: str | None = None
     integrator: str | None = None
+    drugs: Sequence[str] = ()
+    library: str | None = None
 
     def configuration(self) -> Configuration:
         """The checked configuration; ConfigurationError otherwise."""
@@ -40,7 +42,17 @@ class Input:
                 raise ConfigurationError(f"{INTEGRATOR} is set by --set and --integrator is given as well; keep one")
             changes[INTEGRATOR] = self.integrator
         file = None if self.file is None else Path(self.file)
-        return scenarios.configuration(self.name, reading=self.reading, changes=changes, file=file)
+        configuration = scenarios.configuration(self.name, reading=self.reading, changes=changes, file=file)
+        return under_drugs(configuration, self.drugs, self.library)
+
+
+def under_drugs(configuration: Configuration, lines: Sequence[str], library: str | None) -> Configuration:
+    """A configuration under the agents and interventions of all --drug options, beside those that it has."""
+    from ..inputs.drugs import changes_by
+
+    if library is not None and not lines:
+        raise ConfigurationError(f"--drugs {shown(library)}: a library without an agent from it; give --drug as well")
+    return configuration.with_changes(changes_by(lines, configuration, library)) if lines else configuration
 
 
 def read_settings(settings: Sequence[str]) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 from .. import scenarios, units
@@ -12,7 +13,7 @@ from ..inputs.parts import KINDS, Part, parts
 from .streams import Screen
 
 KINDS_OF = {f"{kind}s": kind for kind in KINDS}
-WHAT = ("scenarios", "readings", *KINDS_OF)
+WHAT = ("scenarios", "readings", "drugs", *KINDS_OF)
 
 
 def listed(what: str | None, screen: Screen) -> int:
@@ -21,6 +22,8 @@ def listed(what: str | None, screen: Screen) -> int:
         raise ConfigurationError(f"WHAT = {shown(what)}: nothing to list; {suggestion(what, WHAT)}")
     if what in KINDS_OF:
         return _parts(KINDS_OF[str(what)], screen)
+    if what == "drugs":
+        return _drugs(screen)
     answer: dict[str, Any] = {}
     if what in (None, "scenarios"):
         known = [scenarios.get(name) for name in scenarios.names()]
@@ -31,6 +34,44 @@ def listed(what: str | None, screen: Screen) -> int:
         screen.table(("reading", "why"), ((reading.name, reading.why) for reading in READINGS.values()))
         answer["readings"] = [{"name": reading.name, "why": reading.why} for reading in READINGS.values()]
     screen.answer(answer)
+    return 0
+
+
+def _drugs(screen: Screen) -> int:
+    from ..inputs.drugs import NOT_ADVICE, amount, library
+
+    known = library()
+    rows = [
+        (
+            one.name,
+            one.target if known.targets[one.target].channels else f"{one.target} (not in the model)",
+            amount(one.ic50),
+            f"{amount(one.range[0])} to {amount(one.range[1])}" if one.range else "",
+            f"{one.slope:g}" + ("" if one.slope_stated else " (not stated)"),
+            "blocks" if one.maximum < 1.0 else f"opens, up to x {one.maximum:g}",
+            one.tissue,
+            f"{one.tag}: {one.source}",
+        )
+        for one in known.agents
+    ]
+    screen.table(("agent", "target", "IC50", "range", "slope", "effect", "preparation", "source"), rows)
+    screen.table(
+        ("intervention", "multiplies", "by", "range", "source"),
+        (
+            (one.name, ", ".join(one.parameters), f"{one.factor:g}", f"{one.range[0]:g} to {one.range[1]:g}",
+             f"{one.tag}: {one.source}")
+            for one in known.interventions.values()
+        ),
+    )  # fmt: skip
+    screen.say(
+        f"Given by --drug 'AGENT AMOUNT'; of several preparations the first is taken. {NOT_ADVICE.capitalize()}."
+    )
+    answer = {
+        "agents": [asdict(one) for one in known.agents],
+        "interventions": [asdict(one) for one in known.interventions.values()],
+        "targets": [asdict(one) for one in known.targets.values()],
+    }
+    screen.answer({**answer, "note": NOT_ADVICE})
     return 0
 
 

@@ -9,6 +9,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ConfigurationError, UnknownKeyError, shown, suggestion
+from ..inputs.drugs import NOT_ADVICE
 from ..paths import located
 from .inputs import Input
 from .streams import Screen, spelled
@@ -39,10 +40,13 @@ def show(given: Input, section: str | None, toml: bool, screen: Screen) -> int:
     )
     if configuration.regions and section is None:
         screen.table(("region and what it multiplies",), ((region.words(),) for region in configuration.regions))
+    if configuration.drugs and section is None:
+        screen.table((f"drugs ({NOT_ADVICE})",), ((dose.words(),) for dose in configuration.drugs))
     screen.answer(
         {
             "scenario": configuration.scenario,
             "reading": configuration.reading,
+            "drugs": [dose.table() for dose in configuration.drugs],
             "regions": [region.table() for region in configuration.regions],
             "parameters": {entry.key: asdict(entry) | {"text": texts[entry.key]} for entry in entries},
         }
@@ -69,7 +73,7 @@ def validate(file: str, screen: Screen) -> int:
     changed = [entry.key for entry in _entries(configuration) if entry.tag == "set by user"]
     if configuration.regions != scenarios.unchanged(configuration).regions:
         changed.append("regions")
-    changed += [name for name in ("protocols", "stimuli") if getattr(configuration, name)]
+    changed += [name for name in ("protocols", "stimuli", "drugs") if getattr(configuration, name)]
     screen.say(
         f"{spelled(file)} is valid: scenario {configuration.scenario}, reading {configuration.reading}, "
         f"{len(changed)} parameters changed" + (f" ({', '.join(changed)})" if changed else "")
@@ -107,6 +111,8 @@ def cite(given: Input, screen: Screen) -> int:
     ]
     for tag in ("set by scenario", "set by user"):
         cited[tag] = [entry.key for entry in entries if entry.tag == tag]
+    for dose in configuration.drugs:
+        cited.setdefault(f"{dose.source} ({dose.tag}, {dose.tissue})", []).append(f"{dose.agent} on {dose.target}")
     used = {source: keys for source, keys in cited.items() if keys}
     screen.say(f"scenario {configuration.scenario}, reading {configuration.reading}")
     screen.table(
@@ -136,7 +142,7 @@ def _stored(given: Input) -> Configuration | None:
 
     if given.name is None or given.name in scenarios.names() or not located(given.name).is_dir():
         return None
-    if given.reading is not None or given.settings or given.file is not None:
+    if given.reading is not None or given.settings or given.file is not None or given.drugs:
         raise ConfigurationError(f"NAME = {shown(given.name)}: a stored run cannot be changed; leave out the options")
     return Configuration.from_record(located(given.name) / CONFIGURATION_FILE)
 

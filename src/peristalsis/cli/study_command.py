@@ -10,6 +10,7 @@ import typer
 
 from ..errors import ConfigurationError, shown
 from .job import Job
+from .options import Drugs, Json, Library, Workers
 
 MOST_WORKERS = 64
 
@@ -29,7 +30,6 @@ File = Annotated[str, typer.Argument(metavar="STUDY.toml", help="What is varied 
 Out = Annotated[
     str | None, typer.Option("--out", metavar="DIR", help="Folder of the tables; out/NAME of the file unless given.")
 ]
-Workers = Annotated[int, typer.Option("--workers", metavar="N", help="Processes that run at a time.")]
 Scheduler = Annotated[
     str | None,
     typer.Option(
@@ -42,9 +42,6 @@ Kept = Annotated[
 ]
 Parquet = Annotated[bool, typer.Option("--parquet", help="Write the table as Parquet too; extra studies.")]
 NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
-Json = Annotated[
-    bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
-]
 
 
 @dataclass(frozen=True)
@@ -78,6 +75,8 @@ def batch(
         str | None,
         typer.Option("--out", metavar="DIR", help="Folder of the runs and their table; out/NAME of FILE unless given."),
     ] = None,
+    drug: Drugs = None,
+    drugs: Library = None,
     workers: Workers = 1,
     scheduler: Scheduler = None,
     as_json: Json = False,
@@ -90,7 +89,7 @@ def batch(
     from .batching import batch as carry_out
 
     chosen = workers_of(workers, scheduler)
-    return Job(lambda screen: carry_out(file, out, chosen, screen))
+    return Job(lambda screen: carry_out(file, out, chosen, screen, drug or (), drugs))
 
 
 def sweep(

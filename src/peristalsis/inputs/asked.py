@@ -17,6 +17,7 @@ from ..control.sequence import GATED
 from .choices import LAYERS
 from .config import Configuration
 from .consistency import PARAMETERS_OF_PLANT
+from .drugs import mixed, without_target
 from .parameters import PARAMETERS, shipped
 from .parts import SHIPPED
 from .protocols import Protocol
@@ -30,7 +31,14 @@ ARREST_TRAVEL, ARREST_WINDOW = 0.01, 1.0
 def remarks(configuration: Configuration) -> list[str]:
     """One sentence for everything asked that steps or cells carry otherwise, or that can never come to pass."""
     c = configuration
-    return [*_lengths(c), *_courses(c), *_ends(c), *_drivers(c), *_places(c), *_parts(c)]
+    return [*_lengths(c), *_courses(c), *_ends(c), *_drivers(c), *_places(c), *_parts(c), *_drugs(c)]
+
+
+def _drugs(c: Configuration) -> Iterator[str]:
+    yield from without_target(c.drugs, {layer: cell.name for layer, cell in c.cells().items()})
+    said = mixed(c.drugs)
+    if said is not None:
+        yield f"drugs: {said}"
 
 
 def _step(c: Configuration) -> float:

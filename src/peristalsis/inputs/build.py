@@ -26,6 +26,7 @@ from ..units import to_internal
 from ..wall.constants import SurfaceConstants, WallConstants
 from .config import Configuration
 from .config import Layer as LayerConfiguration
+from .drugs import factors
 from .muscle import LAW_SLOT, MUSCLE_SLOT, active_constants, muscle_of_layer, passive_constants
 from .parts import find
 from .regions.sampling import factor_field
@@ -52,7 +53,8 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
     binding = like.binding if like is not None else bound_to(c)  # parts stay as they are during a run
 
     def same(*sections: str) -> bool:
-        return since is not None and all(getattr(c, name) is getattr(since, name) for name in (*sections, "regions"))
+        shared = (*sections, "regions", "drugs")
+        return since is not None and all(getattr(c, name) is getattr(since, name) for name in shared)
 
     grid = like.grid if like is not None else _grid(c)
     dt_wall = to_internal(c.step.whole, "ms")
@@ -238,16 +240,28 @@ def _by_cells(c: Configuration, name: str, cell: Cell, channels: np.ndarray, gri
 
 
 def cell_of_layer(c: Configuration, name: str) -> tuple[Cell, Any, np.ndarray]:
-    """Cell model of a layer, its constants, and its conductances [mS/cm^2], (channels,), before regions."""
+    """Cell model of a layer, its constants, and its conductances under drugs [mS/cm^2], (channels,), before regions."""
     chosen = c.cell_of(name)
     if chosen == PLANT:
         layer = c.longitudinal if name == "network" else getattr(c, name)
-        return SHIPPED_CELL, cell_constants(c, c.tissue.kinetics_rate), _conductances(layer, 1)[:, 0]
+        return (
+            SHIPPED_CELL,
+            cell_constants(c, c.tissue.kinetics_rate),
+            _drugged(c, PLANT, _conductances(layer, 1)[:, 0]),
+        )
     part = find("cell", chosen)
     cell = described(part.name, part.file)
     numbers = c.part_numbers(name, part)
     constants = cell.constants(**{one.name: numbers[one.name] for one in part.parameters})
-    return cell, constants, np.array([numbers[one.name] for one in part.channels], dtype=float)
+    return cell, constants, _drugged(c, chosen, np.array([numbers[one.name] for one in part.channels], dtype=float))
+
+
+def _drugged(c: Configuration, cell: str, conductances: np.ndarray) -> np.ndarray:
+    """Conductances of a cell model [mS/cm^2], (channels,), with what the drugs make of them."""
+    if not c.drugs:
+        return conductances
+    names = CHANNELS if cell == PLANT else [one.name for one in find("cell", cell).channels]
+    return conductances * factors(c.drugs, cell, names)
 
 
 def _layer(c: Configuration, name: str, grid: Grid) -> Layer:
@@ -319,6 +333,7 @@ def _pacemaker_cell(c: Configuration) -> PacemakerCell | None:
         return None
     conductances = _conductances(c.longitudinal, 1)
     conductances[CHANNELS.index("slow_calcium"), 0] = c.pacemaker.cell_slow_calcium
+    conductances[:, 0] = _drugged(c, PLANT, conductances[:, 0])
     constants = cell_constants(c, c.pacemaker.cell_rate)
     angle, sector = to_internal(c.pacemaker.angle, "deg"), to_internal(c.pacemaker.angular_width, "deg")
     p = c.pacemaker

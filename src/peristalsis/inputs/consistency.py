@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from peristalsis import units
 from peristalsis.errors import ConfigurationError, shown, suggestion
 from peristalsis.inputs.choices import declared
+from peristalsis.inputs.drugs import check as check_drugs
 from peristalsis.inputs.parameters import PARAMETERS
 from peristalsis.inputs.parts import SHIPPED, Part, parts
 from peristalsis.inputs.recording import Recording, planned
@@ -48,6 +49,7 @@ def check(config: Configuration) -> None:
 def _check_parts(config: Configuration) -> None:
     """Whether what is asked is there with the chosen parts."""
     cells = config.cells()
+    check_drugs(config.drugs, [cell.name for cell in cells.values()])
     shipped = SHIPPED["cell"]
     plants = PARAMETERS_OF_PLANT
     if config.network.enabled and config.solver.integrator == "explicit":

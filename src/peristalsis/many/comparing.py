@@ -93,7 +93,8 @@ def _in_words(configuration: Configuration) -> dict[str, Any]:
         words += f" (sha256 {_short_hash(texts['regions'])})"
     listed = texts.get("stimuli", [])
     said = "; ".join(listed) if len(listed) <= 3 else f"{len(listed)} of them, sha256 {_short_hash(listed)}"
-    return texts | {"regions": words or "none", "stimuli": said or "none"}
+    doses = "; ".join(dose.words() for dose in configuration.drugs)
+    return texts | {"regions": words or "none", "stimuli": said or "none", "drugs": doses or "none"}
 
 
 def _short_hash(content: object) -> str:

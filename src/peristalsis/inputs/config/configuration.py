@@ -14,6 +14,8 @@ from pydantic import Field, ValidationError, field_validator
 from peristalsis import units
 from peristalsis.inputs import choices, tables
 from peristalsis.inputs.consistency import check
+from peristalsis.inputs.drugs import Dose
+from peristalsis.inputs.drugs import read as read_drugs
 from peristalsis.inputs.parameters import PARAMETERS, Value
 from peristalsis.inputs.parts import Part, find
 from peristalsis.inputs.protocols import Protocol, values_at
@@ -90,6 +92,7 @@ class Configuration(Sections):
     )
     stimuli: tuple[Stimulus, ...] = Field(default=(), description="currents at listed times, one line of text each")
     regions: tuple[Region, ...] = Field(default=(), description="parts of the wall whose tissue differs")
+    drugs: tuple[Dose, ...] = Field(default=(), description="agents and their concentrations")
     parts: tuple[tuple[str, float], ...] = Field(default=(), description="numbers of the chosen parts, by key")
 
     def __init__(self, **data: Any) -> None:
@@ -183,6 +186,7 @@ class Configuration(Sections):
         values: dict[str, Any] = {"reading": self.reading, "scenario": self.scenario, "protocols": self.protocols}
         values["regions"] = self.regions
         values["stimuli"] = self.stimuli
+        values["drugs"] = self.drugs
         for spec in FIELDS.values():
             values[spec.key] = getattr(getattr(self, spec.section), spec.name)
         return values | dict(self.parts)
@@ -192,9 +196,11 @@ class Configuration(Sections):
         texts: dict[str, Any] = {
             key: units.written(value, FIELDS[key].unit if key in FIELDS else "") for key, value in self.flat().items()
         }
-        del texts["stimuli"]
+        del texts["stimuli"], texts["drugs"]
         if self.stimuli:
             texts["stimuli"] = stimuli_texts(self.stimuli)
+        if self.drugs:
+            texts["drugs"] = [dose.table() for dose in self.drugs]
         return texts | {"regions": [region.table() for region in self.regions]}
 
     def items(self, scenario: Configuration | None = None) -> Iterator[Entry]:
@@ -251,6 +257,12 @@ class Configuration(Sections):
         """Regions as data; files of maps are read in."""
         return read_regions(value)
 
+    @field_validator("drugs", mode="before")
+    @classmethod
+    def _read_drugs(cls, value: object) -> object:
+        """Doses as data; what a library says of an agent is read in."""
+        return read_drugs(value)
+
     def time_courses(self) -> tuple[Protocol, ...]:
         """The protocols as functions of time."""
         return tuple(parse_protocol(line, units_of_numbers()) for line in self.protocols)
@@ -294,7 +306,7 @@ class Configuration(Sections):
         texts = self.texts()
         listed = texts.pop("stimuli", [])
         for key, value in texts.items():
-            if key == "regions":
+            if key in ("regions", "drugs"):
                 continue
             if key == "protocols" and listed:
                 lines.append(f"stimuli = {as_toml(listed)}")
@@ -303,8 +315,9 @@ class Configuration(Sections):
                 lines += ["", f"[{table}]"]
                 section = table
             lines.append(f"{name} = {as_toml(value)}")
-        for region in self.regions:
-            lines += ["", "[[regions]]", *(f"{name} = {as_toml(value)}" for name, value in region.table().items())]
+        for name, listed in (("regions", self.regions), ("drugs", self.drugs)):
+            for one in listed:
+                lines += ["", f"[[{name}]]", *(f"{key} = {as_toml(value)}" for key, value in one.table().items())]
         return "\n".join(lines) + "\n"
 
     def digest(self, ends: bool = True) -> str:

@@ -6,6 +6,7 @@ from typing import Any
 
 from peristalsis import units
 from peristalsis.inputs import choices
+from peristalsis.inputs.drugs import schema as drugs_schema
 from peristalsis.inputs.parameters import Parameter
 from peristalsis.inputs.parts import Part, parts
 from peristalsis.inputs.regions import schema as regions_schema
@@ -28,7 +29,7 @@ def json_schema() -> dict[str, Any]:
     names: dict[str, Any] = {
         name: {"type": "string", "default": field.default, "description": field.description}
         for name, field in Configuration.model_fields.items()
-        if name not in (*SECTIONS, "protocols", "stimuli", "regions", "parts")
+        if name not in (*SECTIONS, "protocols", "stimuli", "regions", "drugs", "parts")
     }
     lines = Configuration.model_fields["protocols"].description
     names["protocols"] = {"type": "array", "items": {"type": "string"}, "default": [], "description": lines}
@@ -37,6 +38,7 @@ def json_schema() -> dict[str, Any]:
     listed = {"anyOf": [{"type": "string"}, file | {"required": ["file"]}]}
     names["stimuli"] = {"type": "array", "items": listed, "default": [], "description": lines}
     names["regions"] = regions_schema()
+    names["drugs"] = drugs_schema()
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "peristalsis configuration",

@@ -122,7 +122,7 @@ def units_of_numbers() -> Mapping[str, str]:
     return _UNITS
 
 
-KEYS = ("reading", "scenario", "protocols", "stimuli", "regions", *FIELDS)
+KEYS = ("reading", "scenario", "protocols", "stimuli", "regions", "drugs", *FIELDS)
 
 
 def parameters_of(reading: str) -> Iterator[tuple[str, Parameter]]:
