@@ -36,6 +36,7 @@ FIXED_KEYS = (
     "rings.enabled",
     "rings.positions",
     "trigger.gate",
+    "reflex.kind",
 )
 CHANGEABLE_KEYS = (
     "pellet.viscous_friction",

@@ -231,6 +231,12 @@ class Reflex(Section):
     excitation_duration: float = parameter("reflex.excitation_duration", gt=0, le=100)
     inhibition_conductance: float = parameter("reflex.inhibition_conductance", ge=0, le=1000)
     inhibition_duration: float = parameter("reflex.inhibition_duration", gt=0, le=100)
+    kind: Literal["all_or_none", "graded"] = parameter("reflex.kind")
+    gain: float = parameter("reflex.gain", ge=0, le=100)
+    stretch_range: float = parameter("reflex.stretch_range", gt=0, le=10)
+    summation: float = parameter("reflex.summation", gt=0, le=200)
+    longitudinal_intensity: float = parameter("reflex.longitudinal_intensity", ge=0, le=1000)
+    longitudinal_delay: float = parameter("reflex.longitudinal_delay", ge=0, le=100)
 
 
 class Rings(Section):
