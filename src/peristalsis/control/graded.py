@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -40,20 +41,32 @@ def observe_receptors(
     """
     if girth_ratio is None:
         return state
-    before = state.receptors if state.receptors is not None else silent(girth_ratio.size)
-    ready = time - before.time >= reflex.refractory - ROUNDING
+    before = kept(reflex, state.receptors, girth_ratio.size)
+    ready = time - before.time[0] >= reflex.refractory - ROUNDING
     fires = ready & touching & (girth_ratio > reflex.threshold)
     if not fires.any():
         return state
     strength = np.minimum((girth_ratio - reflex.threshold) / reflex.stretch_range, 1.0)
-    after = Receptors(np.where(fires, time, before.time), np.where(fires, strength, before.strength))
-    begins = time - float(before.time.max()) > reflex.refractory + lasting(reflex)
+    after = Receptors(_pushed(before.time, time, fires), _pushed(before.strength, strength, fires))
+    begins = time - float(before.time[0].max()) > reflex.refractory + lasting(reflex)
     return state._replace(receptors=after, fired=time if begins else state.fired)
 
 
-def silent(count: int) -> Receptors:
-    """Receptors that have not discharged yet."""
-    return Receptors(np.full(count, -np.inf), np.zeros(count))
+def kept(reflex: Reflex, receptors: Receptors | None, count: int) -> Receptors:
+    """Room for as many discharges as can be under way, with those that there are, of `count` receptors."""
+    now = 0 if receptors is None else len(receptors.time)
+    needed = max(1, now, math.ceil(lasting(reflex) / max(reflex.refractory, ROUNDING) - ROUNDING))
+    if receptors is not None and needed == now:
+        return receptors
+    time, strength = np.full((needed, count), -np.inf), np.zeros((needed, count))
+    if receptors is not None:
+        time[:now], strength[:now] = receptors
+    return Receptors(time, strength)
+
+
+def _pushed(before: Floats, new: Floats | float, where: NDArray[np.bool_]) -> Floats:
+    """The rows, moved down by one where there is a new value, which takes the first."""
+    return np.where(where, np.vstack([np.broadcast_to(new, before[:1].shape), before[:-1]]), before)
 
 
 def lasting(reflex: Reflex) -> float:
@@ -68,9 +81,14 @@ def answer(reflex: Reflex, receptors: Receptors, nodes: Floats, cells: Floats, s
     nodes, cells: Lagrangian z of receptors (n,) and of the middles of cells (n_z,) [cm].
     """
     lasts = reflex.excitation_duration
-    along = receptors.strength * _overlap(receptors.time + reflex.longitudinal_delay, lasts, start, stop)
-    above = receptors.strength * _overlap(receptors.time + reflex.delay, lasts, start, stop)
-    below = receptors.strength * _overlap(receptors.time + reflex.delay, reflex.inhibition_duration, start, stop)
+
+    def sent(delay: float, lasts: float) -> Floats:
+        shares = receptors.strength * _overlap(receptors.time + delay, lasts, start, stop)
+        found: Floats = shares.sum(axis=0)
+        return found
+
+    along, above = sent(reflex.longitudinal_delay, lasts), sent(reflex.delay, lasts)
+    below = sent(reflex.delay, reflex.inhibition_duration)
     if not (along.any() or above.any() or below.any()):
         return None
     spacing = float(nodes[1] - nodes[0])
@@ -97,5 +115,5 @@ def spread(sent: Floats, nodes: Floats, cells: Floats, length: float, spacing: f
 
 
 def _overlap(begin: Floats, lasts: float, start: float, stop: float) -> Floats:
-    """Share of the step during which the answer to each discharge is on, (n,)."""
+    """Share of the step during which the answer to each discharge is on."""
     return np.clip(np.minimum(stop, begin + lasts) - np.maximum(start, begin), 0.0, None) / (stop - start)

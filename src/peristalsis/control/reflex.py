@@ -47,7 +47,10 @@ class Reflex(NamedTuple):
 
 
 class Receptors(NamedTuple):
-    """Of the graded reflex, at every node of the wall (n,): time of its last discharge [s], and how strong it was."""
+    """Of the graded reflex, at every node of the wall: times of its last discharges [s], and how strong they were.
+
+    Both (discharges, n), the latest first: as many as can be under way at one time.
+    """
 
     time: Floats
     strength: Floats

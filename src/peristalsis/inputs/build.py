@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +58,9 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
     dt_wall = to_internal(c.step.whole, "ms")
     explicit = c.solver.integrator == "explicit"
     shape = _fitting_shape(c, binding)
+    friction = FrictionLaw(
+        c.pellet.static_friction_factor, c.pellet.friction_coefficient, c.pellet.viscous_friction_coefficient
+    )
     return Model(
         grid=grid,
         longitudinal=like.longitudinal if like and same("longitudinal", "parts") else _layer(c, "longitudinal", grid),
@@ -68,9 +71,11 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
             viscous=c.pellet.viscous_friction,
             dry=c.pellet.dry_friction,
             frame=1.0 if c.pellet.friction_frame == "wall" else 0.0,
-            tangential=c.pellet.friction_coefficient > 0.0,
-            lowest=shape.oral if c.wall.oral_end == "closed" else -math.inf,
-            highest=c.wall.length - shape.anal if c.wall.anal_end == "closed" else math.inf,
+            tangential=friction.presses,
+            **_reach(c, shape)._asdict(),
+            **_load(c, shape)._asdict(),
+            fast_share=c.pellet.fast_friction_share,
+            fall_speed=c.pellet.friction_fall_speed,
         ),
         lumen=LumenConstants(
             to_internal(c.lumen.pressure, "kPa"),
@@ -131,7 +136,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         surface_tolerance=c.solver.surface_tolerance,
         mixed_newton=c.solver.surface_newton == "mixed",
         coupled_modes=c.solver.surface_modes,
-        friction=FrictionLaw(c.pellet.static_friction_factor, c.pellet.friction_coefficient),
+        friction=friction,
         explicit=_explicit(c),
         stimuli_longitudinal=like.stimuli_longitudinal if like and same("stimuli") else _listed(c, "longitudinal"),
         stimuli_circular=like.stimuli_circular if like and same("stimuli") else _listed(c, "circular"),
@@ -141,6 +146,42 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         reconstructs=c.grid.exchange == "reconstructed" and not explicit and c.grid.n_theta == 1,
         elliptic=Elliptic(c.solver.elliptic_tolerance, c.tissue.bidomain == "pseudo"),
     )
+
+
+class Reach(NamedTuple):
+    """Between which the pellet's centre stays [cm], Eq. (60)."""
+
+    lowest: float
+    highest: float
+
+
+class Load(NamedTuple):
+    """What a string pulls the pellet back with, Eq. (123): most [mN], [mN/cm], and from where on [cm]."""
+
+    pull: float
+    pull_stiffness: float
+    pull_from: float
+
+
+def _reach(c: Configuration, shape: PelletShape) -> Reach:
+    """Between closed ends, or at its start alone for a pellet that is held."""
+    if c.pellet.held:
+        start = c.pellet.start_gap + shape.oral
+        return Reach(start, start)
+    return Reach(
+        shape.oral if c.wall.oral_end == "closed" else -math.inf,
+        c.wall.length - shape.anal if c.wall.anal_end == "closed" else math.inf,
+    )
+
+
+def _load(c: Configuration, shape: PelletShape) -> Load:
+    start = c.pellet.start_gap + shape.oral
+    match c.pellet.load:
+        case "weight":
+            return Load(c.pellet.load_weight, c.pellet.load_stiffness, start)
+        case "spring":
+            return Load(math.inf, c.pellet.load_stiffness, start)
+    return Load(0.0, 0.0, start)
 
 
 def _fitting_shape(c: Configuration, binding: Binding) -> PelletShape:
