@@ -94,10 +94,15 @@ def answer(reflex: Reflex, receptors: Receptors, nodes: Floats, cells: Floats, s
     spacing = float(nodes[1] - nodes[0])
     share = spacing / reflex.summation
     return Answer(
-        share * spread(along, -nodes, -cells, reflex.oral_length, spacing),
-        share * spread(above, -nodes, -cells, reflex.oral_length, spacing),
-        share * spread(below, nodes, cells, reflex.anal_length, spacing),
+        saturated(share * spread(along, -nodes, -cells, reflex.oral_length, spacing)),
+        saturated(share * spread(above, -nodes, -cells, reflex.oral_length, spacing)),
+        saturated(share * spread(below, nodes, cells, reflex.anal_length, spacing)),
     )
+
+
+def saturated(summed: Floats) -> Floats:
+    """Share of the whole that neurons bring at a sum of what reaches them, Eq. (122): the sum while it is small."""
+    return -np.expm1(-summed)
 
 
 def spread(sent: Floats, nodes: Floats, cells: Floats, length: float, spacing: float) -> Floats:

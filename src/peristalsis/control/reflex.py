@@ -19,8 +19,8 @@ class Reflex(NamedTuple):
     """Settings of the reflex: lengths in cm, times in s, excitation in uA/cm^2, inhibition in mS/cm^2.
 
     kind: one of `KINDS`. gain: factor on all that its neurons bring. Of the graded one alone: stretch_range, beyond the
-    threshold, at which a receptor answers with all it has; summation, length of wall [cm] so stretched that brings the
-    whole intensity; longitudinal_intensity [uA/cm^2] and longitudinal_delay [s].
+    threshold, at which a receptor answers with all it has; summation, length of wall [cm] so stretched that brings 63 %
+    of the whole intensity; longitudinal_intensity [uA/cm^2] and longitudinal_delay [s].
     """
 
     enabled: bool

@@ -244,6 +244,11 @@ def cell_constants(c: Configuration, rate: float) -> CellConstants:
     )
 
 
+def warmed(c: Configuration, per_ten: float) -> float:
+    """Factor of the tissue's temperature on what changes by `per_ten` for every 10 K, Eq. (126); 1 without warming."""
+    return float(per_ten ** (c.tissue.warming / 10.0))
+
+
 def diffusivity(c: Configuration, layer: LayerConfiguration, capacitance: float) -> float:
     """Diffusivity of a layer along z at stretch 1 [cm^2/s]: M_vs g_i g_o / ((g_i + g_o) C_m), Eqs. (6), (11)."""
     inner, outer = layer.intracellular_axial, layer.extracellular_axial
@@ -289,10 +294,12 @@ def cell_of_layer(c: Configuration, name: str) -> tuple[Cell, Any, np.ndarray]:
     chosen = c.cell_of(name)
     if chosen == PLANT:
         layer = c.longitudinal if name == "network" else getattr(c, name)
-        return SHIPPED_CELL, cell_constants(c, c.tissue.kinetics_rate), _conductances(layer, 1)[:, 0]
+        rate = c.tissue.kinetics_rate * warmed(c, c.tissue.q10_kinetics)
+        return SHIPPED_CELL, cell_constants(c, rate), _conductances(layer, 1)[:, 0]
     part = find("cell", chosen)
     cell = described(part.name, part.file)
     numbers = c.part_numbers(name, part)
+    numbers = numbers | {"kinetics_rate": numbers["kinetics_rate"] * warmed(c, c.tissue.q10_kinetics)}
     constants = cell.constants(**{one.name: numbers[one.name] for one in part.parameters})
     return cell, constants, np.array([numbers[one.name] for one in part.channels], dtype=float)
 
@@ -310,7 +317,7 @@ def _layer(c: Configuration, name: str, grid: Grid) -> Layer:
             layer.extracellular_circumferential,
         ),
         conducts=layer.conduction,
-        force_factor=layer.active * _factors(c, name, "active", grid),
+        force_factor=layer.active * warmed(c, c.tissue.q10_force) * _factors(c, name, "active", grid),
         threshold=layer.threshold,
         conductivity=_factors(c, name, "conductivity", grid, at=0.5 * (grid.cells[1:] + grid.cells[:-1])),
         conductivity_around=_factors(c, name, "conductivity", grid, turned=0.5),

@@ -159,6 +159,9 @@ class Tissue(Section):
     capacitance: float = parameter("tissue.capacitance", gt=0, le=1000)
     volume_to_surface: float = parameter("tissue.volume_to_surface", gt=0, le=10)
     kinetics_rate: float = parameter("tissue.kinetics_rate", gt=0, le=100)
+    warming: float = parameter("tissue.warming", ge=-40, le=20)
+    q10_kinetics: float = parameter("tissue.q10_kinetics", gt=0, le=10)
+    q10_force: float = parameter("tissue.q10_force", gt=0, le=10)
     front_correction: Literal["none", "measured"] = parameter("tissue.front_correction")
     bidomain: Literal["full", "pseudo"] = parameter("tissue.bidomain")
 
