@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from .bench_command import bench
 from .cell_command import app as cell_app
 from .help import EXAMPLES as EXAMPLES
 from .help import WITHOUT_WORDS as WITHOUT_WORDS
@@ -31,9 +32,7 @@ MaybeName = Annotated[
 ]
 Reading = Annotated[
     str | None,
-    typer.Option(
-        "--reading", metavar="R", help="Reading of the paper's doubtful numbers: tight, stretched or printed."
-    ),
+    typer.Option("--reading", metavar="R", help="Reading of the paper's numbers: tight, stretched or printed."),
 ]
 Settings = Annotated[
     list[str] | None,
@@ -388,8 +387,8 @@ def warm_up_(
 
 
 app.add_typer(cell_app)
-app.command("map", epilog=epilog("map"))(map_)
-app.command("paper", epilog=epilog("paper"))(paper)
+for _name, _command in (("map", map_), ("paper", paper), ("bench", bench)):
+    app.command(_name, epilog=epilog(_name))(_command)
 
 
 @app.command("version", epilog=epilog("version"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .map_command import EXAMPLES as MAP_EXAMPLES
+from .bench_command import EXAMPLES as BENCH_EXAMPLES
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
 
 EXIT_CODES = (
@@ -51,6 +52,7 @@ EXAMPLES = {
     "check": ("peristalsis check out/baseline", "peristalsis check out/baseline out/thin --quarantine"),
     "map": MAP_EXAMPLES,
     "paper": PAPER_EXAMPLES,
+    "bench": BENCH_EXAMPLES,
     "warm-up": ("peristalsis warm-up", "peristalsis warm-up --set tissue.cell=hodgkin_huxley"),
     "version": ("peristalsis version",),
 }

@@ -75,7 +75,9 @@ def lasting(reflex: Reflex) -> float:
     return late + max(reflex.excitation_duration, reflex.inhibition_duration)
 
 
-def answer(reflex: Reflex, receptors: Receptors, nodes: Floats, cells: Floats, start: float, stop: float) -> Answer | None:
+def answer(
+    reflex: Reflex, receptors: Receptors, nodes: Floats, cells: Floats, start: float, stop: float
+) -> Answer | None:
     """What the receptors bring over the step [start, stop] [s]; None if nothing.
 
     nodes, cells: Lagrangian z of receptors (n,) and of the middles of cells (n_z,) [cm].

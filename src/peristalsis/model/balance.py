@@ -168,4 +168,6 @@ def _friction_power(model: Model, state: State) -> float:
     if model.pellet.pull_stiffness > 0.0 or model.pellet.fast_share < 1.0:
         pull = state.pellet.axial_force - net_force(model, state.pellet)
         return net_force(model, state.pellet) * speed + pull * state.pellet.velocity
-    return viscous_friction_now(model, state.pellet) * speed * speed + dry_friction_now(model, state.pellet) * abs(speed)
+    return viscous_friction_now(model, state.pellet) * speed * speed + dry_friction_now(model, state.pellet) * abs(
+        speed
+    )

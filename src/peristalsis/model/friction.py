@@ -6,7 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..pellet.body import require_shape
-from ..pellet.friction import CONSTANT, Nodes, Shares, Start, falling_velocity, friction_of_step, pressed_on_end, sliding_velocity
+from ..pellet.friction import (
+    CONSTANT,
+    Nodes,
+    Shares,
+    Start,
+    falling_velocity,
+    friction_of_step,
+    pressed_on_end,
+    sliding_velocity,
+)
 from ..pellet.load import pull_of_load
 from .model import Model
 from .state import PelletState, WallState

@@ -206,9 +206,7 @@ def finish_step(found: Unknowns, problem: Problem, position: np.ndarray, numbers
     area = 2.0 * np.pi * wall.radius * wall.element_size
     numbers[FORCE] = axial_force(rho, zeta, density, numbers[CENTRE], pellet.shape, area)
     net = numbers[FORCE] - pull_of_load(numbers[CENTRE], pellet)[0]
-    sliding, _ = falling_velocity(
-        net, pellet.viscous, pellet.dry, pellet.fast_share, pellet.fall_speed, pellet.sliding
-    )
+    sliding, _ = falling_velocity(net, pellet.viscous, pellet.dry, pellet.fast_share, pellet.fall_speed, pellet.sliding)
     carried = 0.0
     for i in range(n):
         carried += known[WEIGHT, i] * after.velocity[i, 0, 2]

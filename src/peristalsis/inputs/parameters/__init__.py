@@ -148,7 +148,9 @@ def _load_preparation(name: str) -> Preparation:
         if isinstance(one.value, float | int) and low is not None and not low <= one.value <= high:
             raise ValueError(f"{name}.toml: {key} = {one.value} is not within its range {low}...{high}")
         parameters[key] = replace(one, low=low, high=high)
-    return Preparation(name, about["short"], about["title"], about["citation"], about["fitted_on"], MappingProxyType(parameters))
+    return Preparation(
+        name, about["short"], about["title"], about["citation"], about["fitted_on"], MappingProxyType(parameters)
+    )
 
 
 def _tables(name: str) -> dict[str, Any]:
