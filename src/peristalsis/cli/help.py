@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .map_command import EXAMPLES as MAP_EXAMPLES
 from .bench_command import EXAMPLES as BENCH_EXAMPLES
+from .map_command import EXAMPLES as MAP_EXAMPLES
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
 
 EXIT_CODES = (

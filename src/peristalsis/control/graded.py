@@ -36,8 +36,8 @@ def observe_receptors(
 ) -> ReflexState:
     """Let every receptor discharge that is stretched and not refractory, Eq. (120).
 
-    girth_ratio: circumference over its pellet-free value at p0, (n,), None where none is beyond the threshold. touching:
-    whether the pellet touches the node, (n,). Receptors sit at the nodes of the wall.
+    girth_ratio: circumference over its pellet-free value at p0, (n,), None where none is beyond the threshold.
+    touching: whether the pellet touches the node, (n,). Receptors sit at the nodes of the wall.
     """
     if girth_ratio is None:
         return state

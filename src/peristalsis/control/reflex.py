@@ -12,7 +12,7 @@ from .pulses import Pulse
 Floats = NDArray[np.float64]
 
 KINDS = ("all_or_none", "graded")
-"""One pulse of stated extent whenever the pellet stretches the wall; or answers of every receptor to its own stretch."""
+"""One pulse of stated extent where the pellet stretches the wall; or answers of every receptor to its own stretch."""
 
 
 class Reflex(NamedTuple):

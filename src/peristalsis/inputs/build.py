@@ -17,6 +17,7 @@ from ..geometry.grid import Grid
 from ..model.constants import LumenConstants
 from ..model.model import ExplicitScheme, Layer, Model, Network, PacemakerCell, Response, StepControl
 from ..numerics.binding import Binding, bind
+from ..pellet.constants import Resistance
 from ..pellet.friction import FrictionLaw
 from ..tissue.bidomain import Elliptic
 from ..tissue.cell import PLANT, SHIPPED_CELL, Cell, described
@@ -73,9 +74,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
             frame=1.0 if c.pellet.friction_frame == "wall" else 0.0,
             tangential=friction.presses,
             **_reach(c, shape)._asdict(),
-            **_load(c, shape)._asdict(),
-            fast_share=c.pellet.fast_friction_share,
-            fall_speed=c.pellet.friction_fall_speed,
+            resistance=_resistance(c, shape),
         ),
         lumen=LumenConstants(
             to_internal(c.lumen.pressure, "kPa"),
@@ -155,14 +154,6 @@ class Reach(NamedTuple):
     highest: float
 
 
-class Load(NamedTuple):
-    """What a string pulls the pellet back with, Eq. (123): most [mN], [mN/cm], and from where on [cm]."""
-
-    pull: float
-    pull_stiffness: float
-    pull_from: float
-
-
 def _reach(c: Configuration, shape: PelletShape) -> Reach:
     """Between closed ends, or at its start alone for a pellet that is held."""
     if c.pellet.held:
@@ -174,14 +165,12 @@ def _reach(c: Configuration, shape: PelletShape) -> Reach:
     )
 
 
-def _load(c: Configuration, shape: PelletShape) -> Load:
+def _resistance(c: Configuration, shape: PelletShape) -> Resistance:
+    """What a string pulls the pellet back with, and how dry friction falls with speed."""
+    most = {"none": 0.0, "weight": c.pellet.load_weight, "spring": math.inf}[c.pellet.load]
+    stiffness = c.pellet.load_stiffness if c.pellet.load != "none" else 0.0
     start = c.pellet.start_gap + shape.oral
-    match c.pellet.load:
-        case "weight":
-            return Load(c.pellet.load_weight, c.pellet.load_stiffness, start)
-        case "spring":
-            return Load(math.inf, c.pellet.load_stiffness, start)
-    return Load(0.0, 0.0, start)
+    return Resistance(most, stiffness, start, c.pellet.fast_friction_share, c.pellet.friction_fall_speed)
 
 
 def _fitting_shape(c: Configuration, binding: Binding) -> PelletShape:

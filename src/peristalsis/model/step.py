@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..control.pacemaker import follow
 from ..control.graded import observe_receptors
+from ..control.pacemaker import follow
 from ..control.reflex import ReflexState, forget, observe_stretch, refractory, stretched_part
 from ..control.sequence import TriggerState, observe_activation, observe_tension, prepare
 from ..errors import DivergenceError

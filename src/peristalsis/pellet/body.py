@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..numerics.compiled import compiled
-from .constants import PELLET_DRY, PELLET_SLIDING, PELLET_VISCOUS, PelletConstants
+from .constants import FREE, PELLET_DRY, PELLET_SLIDING, PELLET_VISCOUS, PelletConstants, Resistance
 from .shapes.sphere import ShapeConstants, poles, resized, unpack_shape, volume
 
 
@@ -21,12 +21,12 @@ def pellet_of(
     tangential: bool = False,
     lowest: float = -math.inf,
     highest: float = math.inf,
-    **others: float,
+    resistance: Resistance = FREE,
 ) -> PelletConstants:
     """A pellet of this shape, with its volume and poles; the other arguments are those of `PelletConstants`."""
     oral, anal = poles(shape)
     own = volume(shape), oral, anal
-    return PelletConstants(present, shape, viscous, dry, frame, *own, tangential, lowest, highest, **others)
+    return PelletConstants(present, shape, viscous, dry, frame, *own, tangential, lowest, highest, *resistance)
 
 
 def resized_pellet(pellet: PelletConstants, radius: float) -> PelletConstants:

@@ -6,6 +6,20 @@ import math
 from typing import Any, NamedTuple
 
 
+class Resistance(NamedTuple):
+    """What `PelletConstants` has of a load, Eq. (123), and of dry friction that falls with speed, Eq. (125)."""
+
+    pull: float = 0.0
+    pull_stiffness: float = 0.0
+    pull_from: float = 0.0
+    fast_share: float = 1.0
+    fall_speed: float = 1.0
+
+
+FREE = Resistance()
+"""No load, and dry friction that does not fall with speed."""
+
+
 class PelletConstants(NamedTuple):
     """Pellet and friction: cm, mN, s; made by `body.pellet_of`, which fills in what follows from the shape.
 

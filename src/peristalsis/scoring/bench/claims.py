@@ -1,13 +1,14 @@
 """What laboratories measured of the isolated colon, as claims with rules.
 
-Rules and tolerances stand here and were fixed before the first scored run. What was known when they were written: single
-runs that served to choose the reflex, the friction and the speed of the cell (docs/bench.md tells them); B1 to B4 are
-marked accordingly. The publications were read in their abstracts.
+Rules and tolerances stand here and were fixed before the first scored run. What was known when they were written:
+single runs that served to choose the reflex, the friction and the speed of the cell (docs/bench.md tells them); B1 to
+B4 are marked accordingly. The publications were read in their abstracts.
 """
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 from ..claim import Claim, Part, Untestable
 from ..rules import AllOf, Exceeds, Not, Rule, Within
@@ -32,7 +33,7 @@ def _near(run: str) -> Rule:
 
 
 def _falling(runs: tuple[str, ...]) -> Rule:
-    return AllOf(tuple(Exceeds(lighter, SPEED, heavier) for lighter, heavier in zip(runs[:-1], runs[1:], strict=True)))
+    return AllOf(tuple(Exceeds(lighter, SPEED, heavier) for lighter, heavier in pairwise(runs)))
 
 
 _NARROW = tuple(diameter_run(ratio) for ratio in BELOW)

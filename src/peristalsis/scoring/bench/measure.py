@@ -38,8 +38,8 @@ METRICS: Mapping[str, Metric] = MappingProxyType(
             Metric(
                 "middle_speed_mm_s",
                 "mm/s",
-                "mean speed over the middle 3 cm of the segment; of a pellet that does not pass them, over the time that "
-                "is left to it there; of one that does not come so far, over the whole run",
+                "mean speed over the middle 3 cm of the segment; of a pellet that does not pass them, over the time that is "
+                "left to it there; of one that does not come so far, over the whole run",
             ),
             Metric("peak_force_mN", "mN", "largest axial force of the wall on the pellet"),
             Metric("isometric_force_mN", "mN", "mean axial force on a held pellet, over the second half of the run"),
@@ -47,12 +47,12 @@ METRICS: Mapping[str, Metric] = MappingProxyType(
             Metric(
                 "relaxed_first",
                 "1",
-                "share of the middle 3 cm of wall whose circular muscle is hyperpolarised by 0.1 mV before it contracts",
+                "share of the middle 3 cm of wall whose circular muscle is hyperpolarised by 0.1 mV before contracting",
             ),
             Metric(
                 "dilated_first",
                 "1",
-                "share of the middle 3 cm of wall that is wider by 1 % than at rest before its circular muscle contracts",
+                "share of the middle 3 cm of wall that is wider by 1 % than at rest before its muscle contracts",
             ),
         )
     }

@@ -53,7 +53,7 @@ class HalvesTogether:
                 least = min(values) / whole if whole > 0.0 else math.nan
                 return Finding(
                     False,
-                    f"{metric} keeps {least:.0%} of the control's at {self.concentrations[-1]:g} times the IC50: no half",
+                    f"{metric} keeps {least:.0%} of the control's at {self.concentrations[-1]:g} times the IC50",
                 )
             halves.append(half)
         ratio = halves[0] / halves[1]

@@ -26,8 +26,8 @@ SOURCE = Source(
     name="bench",
     title="The bench, scored",
     heading="Isolated guinea-pig distal colon: what laboratories measured, scored",
-    about=f"Runs by peristalsis {{version}} of the preparation {_PREPARATION.name}. Sources were read in their abstracts: "
-    f"{_PREPARATION.citation}. Fitted: {_PREPARATION.fitted_on}. B1 is calibrated, B2 to B4 served to choose, B10 is a "
+    about=f"Runs by peristalsis {{version}} of the preparation {_PREPARATION.name}. Publications, read in their "
+    f"abstracts: {_PREPARATION.citation}. Fitted: {_PREPARATION.fitted_on}. B1 is calibrated, B2 to B4 served to choose, B10 is a "
     "bound; the others are predictions.",
     claims=CLAIMS,
     runs=RUNS,
