@@ -30,7 +30,7 @@ def bench(
             "--variant",
             metavar="V",
             help="Score the preparation with one choice changed as well: ungraded, contact-length, constant-friction, "
-            "falling-friction, all-or-none, conducting, late-rise, doubled or all. Can be given more than once.",
+            "falling-friction, all-or-none, conducting, late-rise, taut, doubled or all. Can be given more than once.",
         ),
     ] = None,
     as_json: Annotated[

@@ -161,7 +161,7 @@ def _reach(c: Configuration, shape: PelletShape) -> Reach:
         return Reach(start, start)
     return Reach(
         shape.oral if c.wall.oral_end == "closed" else -math.inf,
-        c.wall.length - shape.anal if c.wall.anal_end == "closed" else math.inf,
+        c.wall.span - shape.anal if c.wall.anal_end == "closed" else math.inf,
     )
 
 
@@ -177,7 +177,7 @@ def _fitting_shape(c: Configuration, binding: Binding) -> PelletShape:
     """The pellet's shape. Raises ConfigurationError where it is longer than the tube; a sphere is refused before."""
     shape = shape_of(c, binding)
     needed = shape.oral + shape.anal + c.pellet.start_gap
-    if c.pellet.enabled and needed >= c.wall.length:
+    if c.pellet.enabled and needed >= c.wall.span:
         raise ConfigurationError(
             f"wall.length = {c.wall.length} cm: the {shape.name} and its gap take {needed:.6g} cm (its length and "
             f"pellet.start_gap); use a tube longer than {needed:.6g} cm or a smaller pellet"
@@ -211,9 +211,9 @@ def _explicit(c: Configuration) -> ExplicitScheme | None:
 
 
 def _grid(c: Configuration) -> Grid:
-    return Grid(
-        c.wall.length, c.grid.n_z, c.grid.n_z_wall, c.grid.wall_columns, c.grid.conduction_columns, c.grid.n_theta
-    )
+    g = c.grid
+    columns = g.wall_columns, g.conduction_columns, g.n_theta
+    return Grid(c.wall.length, g.n_z, g.n_z_wall, *columns, slack=c.wall.slack_length)
 
 
 def cell_constants(c: Configuration, rate: float) -> CellConstants:

@@ -9,6 +9,8 @@ from ..errors import ConfigurationError
 if TYPE_CHECKING:
     from .config import Configuration
 
+LARGEST_SLACK = 0.4
+"""Share of the tube by which its ends may be held nearer: the folds of a wall pack at a stretch of 0.2."""
 MOST_DISCHARGES = 100
 """Discharges of one receptor whose answers are under way at one time."""
 
@@ -26,6 +28,18 @@ def check_pellet_and_reflex(config: Configuration) -> None:
                 f"{key} = {value}: it is there for one column, stepped implicitly, and {scheme}; use {neutral}, or "
                 "grid.n_theta = 1 and solver.integrator = implicit"
             )
+    wall = config.wall
+    if wall.slack_length > LARGEST_SLACK * wall.length:
+        raise ConfigurationError(
+            f"wall.slack_length = {wall.slack_length:g} cm: the ends would be held at {wall.span:g} cm of a tube of "
+            f"{wall.length:g} cm, which then folds; use at most {LARGEST_SLACK * wall.length:.3g} cm"
+        )
+    needed = 2.0 * config.pellet.radius + config.pellet.start_gap
+    if wall.slack_length > 0.0 and config.pellet.enabled and needed >= wall.span:
+        raise ConfigurationError(
+            f"wall.slack_length = {wall.slack_length:g} cm: the ends are held at {wall.span:g} cm, and the pellet and "
+            f"its gap take {needed:.6g} cm; use less slack, a longer tube or a smaller pellet"
+        )
     reflex = config.reflex
     if reflex.kind != "graded":
         return

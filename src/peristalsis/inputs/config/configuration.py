@@ -53,6 +53,7 @@ LATER: Mapping[str, object] = {
     "solver.surface_newton": "plain",
     "solver.surface_modes": 0,
     "grid.n_theta_wall": 0,
+    "wall.slack_length": 0.0,
     "reflex.kind": "all_or_none",
     "reflex.gain": 1.0,
     "pellet.viscous_friction_coefficient": 0.0,

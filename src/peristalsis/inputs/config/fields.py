@@ -101,6 +101,7 @@ class Wall(Section):
 
     radius: float = parameter("wall.radius", gt=0, le=20)
     length: float = parameter("wall.length", gt=0, le=200)
+    slack_length: float = parameter("wall.slack_length", ge=0, le=200)
     surface_density: float = parameter("wall.surface_density", gt=0, le=1e6)
     oral_end: Literal["open", "closed"] = parameter("wall.oral_end")
     anal_end: Literal["open", "closed"] = parameter("wall.anal_end")
@@ -126,6 +127,11 @@ class Wall(Section):
     bending_viscosity_around: float = parameter("wall.bending_viscosity_around", ge=0, le=100)
     shear_viscosity: float = parameter("wall.shear_viscosity", ge=0, le=1e4)
     foundation: float = parameter("wall.foundation", ge=0, le=1e4)
+
+    @property
+    def span(self) -> float:
+        """Distance between the held ends [cm]."""
+        return self.length - self.slack_length
 
 
 class Layer(Section):

@@ -38,8 +38,8 @@ METRICS: Mapping[str, Metric] = MappingProxyType(
             Metric(
                 "middle_speed_mm_s",
                 "mm/s",
-                "mean speed over the middle 3 cm of the segment; of a pellet that does not pass them, over the time that is "
-                "left to it there; of one that does not come so far, over the whole run",
+                "mean speed over the middle 3 cm of the segment; of a pellet that does not pass them, over the time "
+                "that is left to it there; of one that does not come so far, over the whole run",
             ),
             Metric("peak_force_mN", "mN", "largest axial force of the wall on the pellet"),
             Metric("isometric_force_mN", "mN", "mean axial force on a held pellet, over the second half of the run"),
@@ -63,7 +63,7 @@ def measure(simulation: Simulation, result: Result) -> tuple[dict[str, Any], dic
     """Numbers by `METRICS` and thinned arrays of a run of a pellet."""
     arrays, configuration = result.arrays, result.configuration
     time, place, force = arrays["time_step"], arrays["pellet_position"], arrays["axial_force"]
-    middle = 0.5 * configuration.wall.length + MIDDLE * np.array([-1.0, 1.0])
+    middle = 0.5 * configuration.wall.span + MIDDLE * np.array([-1.0, 1.0])
     held = configuration.pellet.held
     inside = (place >= middle[0]) & (place <= middle[1])
     relaxed, dilated = order_of_events(arrays, (float(middle[0]), float(middle[1])))

@@ -25,7 +25,7 @@ TETRODOTOXIN: Mapping[str, Any] = MappingProxyType({"reflex.enabled": False, "pa
 """No nerve conducts: no reflex."""
 
 ISOMETRIC: Mapping[str, Any] = MappingProxyType(
-    {"pellet.held": True, "pellet.start_gap": "3.6 cm", "run.duration": "40 s"}
+    {"pellet.held": True, "pellet.start_gap": "3.1 cm", "run.duration": "40 s"}
 )
 """A pellet held in the middle of the segment."""
 

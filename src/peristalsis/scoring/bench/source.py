@@ -27,8 +27,8 @@ SOURCE = Source(
     title="The bench, scored",
     heading="Isolated guinea-pig distal colon: what laboratories measured, scored",
     about=f"Runs by peristalsis {{version}} of the preparation {_PREPARATION.name}. Publications, read in their "
-    f"abstracts: {_PREPARATION.citation}. Fitted: {_PREPARATION.fitted_on}. B1 is calibrated, B2 to B4 served to choose, B10 is a "
-    "bound; the others are predictions.",
+    f"abstracts: {_PREPARATION.citation}. Fitted: {_PREPARATION.fitted_on}. B1 is calibrated, B2 to B4 "
+    "served to choose, B10 is a bound; the others are predictions.",
     claims=CLAIMS,
     runs=RUNS,
     sets=(ParameterSet("guinea_pig", "tight", _PREPARATION.changes()),),
@@ -48,7 +48,7 @@ SOURCE = Source(
     },
     measure=measure,
     metrics=METRICS,
-    coarse={"grid.n_z": 200, "grid.n_z_wall": 150, "step.wall": "200 ms", "step.conduction": "40 ms"},
+    coarse={"grid.n_z": 200, "grid.n_z_wall": 150, "step.wall": "100 ms", "step.conduction": "20 ms"},
     word="preparation",
     prefix="B",
 )

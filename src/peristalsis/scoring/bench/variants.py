@@ -56,10 +56,11 @@ VARIANTS: Mapping[str, Variant] = MappingProxyType(
                 },
             ),
             Variant("late-rise", "passive tension that rises late", {"wall.law": "late_fibres"}),
+            Variant("taut", "ends held at the tube's length", {"wall.slack_length": "0 cm"}),
             Variant(
                 "doubled",
                 "grids and steps twice as fine",
-                {"grid.n_z": 800, "grid.n_z_wall": 600, "step.wall": "50 ms", "step.conduction": "10 ms"},
+                {"grid.n_z": 800, "grid.n_z_wall": 600, "step.wall": "25 ms", "step.conduction": "5 ms"},
             ),
         )
     }
