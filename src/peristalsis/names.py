@@ -131,7 +131,7 @@ SCALARS = [
         STEP,
         "mN",
         "dry friction on the pellet",
-        lambda now: -now.state.pellet.axial_force - now.viscous_force - now.end_reaction,
+        lambda now: now.dry_force,
     ),
     Output(
         "dry_friction_limit",

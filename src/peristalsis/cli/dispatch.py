@@ -19,7 +19,7 @@ TRACEBACK = "PERISTALSIS_TRACEBACK"
 """Set this variable of the environment to see where an unforeseen error came from."""
 
 PLUGIN = "--plugin"
-BESIDE = {"verify": "verification", "bench": "benchmarks"}
+BESIDE = {"verify": "verification", "benchmarks": "benchmarks"}
 """Words that were commands once to the programs of the repository that do it now."""
 
 

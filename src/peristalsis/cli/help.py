@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .bench_command import EXAMPLES as BENCH_EXAMPLES
 from .dose_command import EXAMPLES as DOSE_EXAMPLES
 from .map_command import EXAMPLES as MAP_EXAMPLES
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
@@ -56,6 +57,7 @@ EXAMPLES = {
     "map": MAP_EXAMPLES,
     "paper": PAPER_EXAMPLES,
     **STUDY_EXAMPLES,
+    "bench": BENCH_EXAMPLES,
     "warm-up": ("peristalsis warm-up", "peristalsis warm-up --set tissue.cell=hodgkin_huxley"),
     "version": ("peristalsis version",),
 }

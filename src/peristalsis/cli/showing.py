@@ -95,7 +95,8 @@ def validate(file: str, screen: Screen) -> int:
 
 def cite(given: Input, screen: Screen) -> int:
     """What to cite for a run: the sources of its numbers, and the numbers that have no source."""
-    from ..inputs.parameters import READINGS, SOURCES
+    from .. import scenarios
+    from ..inputs.parameters import PREPARATIONS, READINGS, SOURCES
 
     configuration = _stored(given) or given.configuration()
     screen.scenario = configuration.scenario
@@ -105,6 +106,12 @@ def cite(given: Input, screen: Screen) -> int:
         source.citation: [entry.key for entry in entries if entry.tag not in user and _is_of(entry, source.short)]
         for source in SOURCES.values()
     }
+    name = scenarios.get(configuration.scenario).preparation
+    if name:
+        own = PREPARATIONS[name]
+        cited[f"{own.title}: {own.citation}; {own.fitted_on}"] = [
+            entry.key for entry in entries if entry.tag not in user and _is_of(entry, own.short)
+        ]
     reading = READINGS[configuration.reading]
     cited[f"reading '{reading.name}': {reading.why}"] = [
         entry.key for entry in entries if entry.tag not in user and _is_of(entry, f"reading '{reading.name}'")
@@ -150,7 +157,8 @@ def _stored(given: Input) -> Configuration | None:
 def _entries(configuration: Configuration) -> Iterable[Entry]:
     from .. import scenarios
 
-    return list(configuration.items(scenarios.unchanged(configuration)))
+    given = scenarios.given_by(configuration.scenario)
+    return list(configuration.items(scenarios.unchanged(configuration), given))
 
 
 def _within(key: str, section: str) -> bool:

@@ -11,9 +11,17 @@ from .pulses import Pulse
 
 Floats = NDArray[np.float64]
 
+KINDS = ("all_or_none", "graded")
+"""One pulse of stated extent where the pellet stretches the wall; or answers of every receptor to its own stretch."""
+
 
 class Reflex(NamedTuple):
-    """Settings of the reflex: lengths in cm, times in s, excitation in uA/cm^2, inhibition in mS/cm^2."""
+    """Settings of the reflex: lengths in cm, times in s, excitation in uA/cm^2, inhibition in mS/cm^2.
+
+    kind: one of `KINDS`. gain: factor on all that its neurons bring. Of the graded one alone: stretch_range, beyond the
+    threshold, at which a receptor answers with all it has; summation, length of wall [cm] so stretched that brings 63 %
+    of the whole intensity; longitudinal_intensity [uA/cm^2] and longitudinal_delay [s].
+    """
 
     enabled: bool
     threshold: float  # ratio of girths
@@ -25,14 +33,39 @@ class Reflex(NamedTuple):
     excitation_duration: float
     inhibition_conductance: float
     inhibition_duration: float
+    kind: str = "all_or_none"
+    gain: float = 1.0
+    stretch_range: float = 1.0
+    summation: float = 1.0
+    longitudinal_intensity: float = 0.0
+    longitudinal_delay: float = 0.0
+
+    @property
+    def graded(self) -> bool:
+        """Whether every receptor answers its own stretch."""
+        return self.kind == "graded"
+
+
+class Receptors(NamedTuple):
+    """Of the graded reflex, at every node of the wall: times of its last discharges [s], and how strong they were.
+
+    Both (discharges, n), the latest first: as many as can be under way at one time.
+    """
+
+    time: Floats
+    strength: Floats
 
 
 class ReflexState(NamedTuple):
-    """Time of the last discharge [s], and the exciting currents and inhibiting conductances under way or to come."""
+    """Time of the last discharge [s], and the exciting currents and inhibiting conductances under way or to come.
+
+    receptors: of the graded reflex, which plans no pulses; its `fired` is the last time that silence ended.
+    """
 
     fired: float
     excitation: tuple[Pulse, ...]
     inhibition: tuple[Pulse, ...]
+    receptors: Receptors | None = None
 
 
 SILENT = ReflexState(-np.inf, (), ())
@@ -66,10 +99,9 @@ def observe_stretch(
         return state
     low, high = part
     begin = time + reflex.delay
-    above = Pulse(begin, begin + reflex.excitation_duration, low - reflex.oral_length, low, reflex.excitation_intensity)
-    below = Pulse(
-        begin, begin + reflex.inhibition_duration, high, high + reflex.anal_length, reflex.inhibition_conductance
-    )
+    strength, opening = reflex.gain * reflex.excitation_intensity, reflex.gain * reflex.inhibition_conductance
+    above = Pulse(begin, begin + reflex.excitation_duration, low - reflex.oral_length, low, strength)
+    below = Pulse(begin, begin + reflex.inhibition_duration, high, high + reflex.anal_length, opening)
     return ReflexState(time, (*state.excitation, above), (*state.inhibition, below))
 
 

@@ -38,7 +38,7 @@ class Grid:
 
     n_z conduction cells and n_z_wall wall elements (n_z_wall + 1 nodes) along z; n_theta columns of wall and
     n_theta_conduction columns of cells around, a multiple of these (0: as many). n_theta_shown: columns on which the
-    wall is shown, a multiple too (0: as many).
+    wall is shown, a multiple too (0: as many). slack: by how much the ends are held nearer than the tube is long [cm].
     """
 
     length: float
@@ -47,6 +47,7 @@ class Grid:
     n_theta: int = 1
     n_theta_conduction: int = 0
     n_theta_shown: int = 0
+    slack: float = 0.0
 
     def __post_init__(self) -> None:
         for name, why in (
@@ -60,6 +61,11 @@ class Grid:
                     f"use {self.n_theta * max(round(columns / self.n_theta), 1)}"
                 )
             object.__setattr__(self, name, columns)
+
+    @property
+    def span(self) -> float:
+        """Distance between the held ends [cm]."""
+        return self.length - self.slack
 
     @property
     def is_surface(self) -> bool:

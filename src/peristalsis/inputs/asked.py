@@ -112,8 +112,8 @@ def _ends(c: Configuration) -> Iterator[str]:
             f"run.stop_position = {place:g} cm: the pellet starts at {start:g} cm, at it or beyond it, and stops the "
             "run only if it comes back to it; give a place on its way"
         )
-    elif not shipped and place >= c.wall.length:
-        yield f"run.stop_position = {place:g} cm lies beyond the tube of {c.wall.length:g} cm: it stops no run"
+    elif not shipped and place >= c.wall.span:
+        yield f"run.stop_position = {place:g} cm lies beyond the tube of {c.wall.span:g} cm: it stops no run"
     if run.stop_when_arrested and run.duration <= ARREST_WINDOW:
         yield (
             f"run.stop_when_arrested: rest is judged over {ARREST_WINDOW:g} s, and run.duration = {run.duration:g} s "

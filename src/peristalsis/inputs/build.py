@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from ..geometry.grid import Grid
 from ..model.constants import LumenConstants
 from ..model.model import ExplicitScheme, Layer, Model, Network, PacemakerCell, Response, StepControl
 from ..numerics.binding import Binding, bind
+from ..pellet.constants import Resistance
 from ..pellet.friction import FrictionLaw
 from ..tissue.bidomain import Elliptic
 from ..tissue.cell import PLANT, SHIPPED_CELL, Cell, described
@@ -60,6 +61,9 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
     dt_wall = to_internal(c.step.whole, "ms")
     explicit = c.solver.integrator == "explicit"
     shape = _fitting_shape(c, binding)
+    friction = FrictionLaw(
+        c.pellet.static_friction_factor, c.pellet.friction_coefficient, c.pellet.viscous_friction_coefficient
+    )
     return Model(
         grid=grid,
         longitudinal=like.longitudinal if like and same("longitudinal", "parts") else _layer(c, "longitudinal", grid),
@@ -70,9 +74,9 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
             viscous=c.pellet.viscous_friction,
             dry=c.pellet.dry_friction,
             frame=1.0 if c.pellet.friction_frame == "wall" else 0.0,
-            tangential=c.pellet.friction_coefficient > 0.0,
-            lowest=shape.oral if c.wall.oral_end == "closed" else -math.inf,
-            highest=c.wall.length - shape.anal if c.wall.anal_end == "closed" else math.inf,
+            tangential=friction.presses,
+            **_reach(c, shape)._asdict(),
+            resistance=_resistance(c, shape),
         ),
         lumen=LumenConstants(
             to_internal(c.lumen.pressure, "kPa"),
@@ -108,6 +112,12 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
             c.reflex.excitation_duration,
             c.reflex.inhibition_conductance,
             c.reflex.inhibition_duration,
+            c.reflex.kind,
+            c.reflex.gain,
+            c.reflex.stretch_range,
+            c.reflex.summation,
+            c.reflex.longitudinal_intensity,
+            c.reflex.longitudinal_delay,
         ),
         inertia=c.wall.inertia or explicit,
         second_order=c.step.scheme == "bdf2",
@@ -127,7 +137,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
         surface_tolerance=c.solver.surface_tolerance,
         mixed_newton=c.solver.surface_newton == "mixed",
         coupled_modes=c.solver.surface_modes,
-        friction=FrictionLaw(c.pellet.static_friction_factor, c.pellet.friction_coefficient),
+        friction=friction,
         explicit=_explicit(c),
         stimuli_longitudinal=like.stimuli_longitudinal if like and same("stimuli") else _listed(c, "longitudinal"),
         stimuli_circular=like.stimuli_circular if like and same("stimuli") else _listed(c, "circular"),
@@ -139,11 +149,37 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
     )
 
 
+class Reach(NamedTuple):
+    """Between which the pellet's centre stays [cm], Eq. (60)."""
+
+    lowest: float
+    highest: float
+
+
+def _reach(c: Configuration, shape: PelletShape) -> Reach:
+    """Between closed ends, or at its start alone for a pellet that is held."""
+    if c.pellet.held:
+        start = c.pellet.start_gap + shape.oral
+        return Reach(start, start)
+    return Reach(
+        shape.oral if c.wall.oral_end == "closed" else -math.inf,
+        c.wall.span - shape.anal if c.wall.anal_end == "closed" else math.inf,
+    )
+
+
+def _resistance(c: Configuration, shape: PelletShape) -> Resistance:
+    """What a string pulls the pellet back with, and how dry friction falls with speed."""
+    most = {"none": 0.0, "weight": c.pellet.load_weight, "spring": math.inf}[c.pellet.load]
+    stiffness = c.pellet.load_stiffness if c.pellet.load != "none" else 0.0
+    start = c.pellet.start_gap + shape.oral
+    return Resistance(most, stiffness, start, c.pellet.fast_friction_share, c.pellet.friction_fall_speed)
+
+
 def _fitting_shape(c: Configuration, binding: Binding) -> PelletShape:
     """The pellet's shape. Raises ConfigurationError where it is longer than the tube; a sphere is refused before."""
     shape = shape_of(c, binding)
     needed = shape.oral + shape.anal + c.pellet.start_gap
-    if c.pellet.enabled and needed >= c.wall.length:
+    if c.pellet.enabled and needed >= c.wall.span:
         raise ConfigurationError(
             f"wall.length = {c.wall.length} cm: the {shape.name} and its gap take {needed:.6g} cm (its length and "
             f"pellet.start_gap); use a tube longer than {needed:.6g} cm or a smaller pellet"
@@ -177,9 +213,9 @@ def _explicit(c: Configuration) -> ExplicitScheme | None:
 
 
 def _grid(c: Configuration) -> Grid:
-    return Grid(
-        c.wall.length, c.grid.n_z, c.grid.n_z_wall, c.grid.wall_columns, c.grid.conduction_columns, c.grid.n_theta
-    )
+    g = c.grid
+    columns = g.wall_columns, g.conduction_columns, g.n_theta
+    return Grid(c.wall.length, g.n_z, g.n_z_wall, *columns, slack=c.wall.slack_length)
 
 
 def cell_constants(c: Configuration, rate: float) -> CellConstants:
@@ -197,6 +233,11 @@ def cell_constants(c: Configuration, rate: float) -> CellConstants:
         capacitance=c.tissue.capacitance,
         kinetics_rate=rate,
     )
+
+
+def warmed(c: Configuration, per_ten: float) -> float:
+    """Factor of the tissue's temperature on what changes by `per_ten` for every 10 K, Eq. (126); 1 without warming."""
+    return float(per_ten ** (c.tissue.warming / 10.0))
 
 
 def diffusivity(c: Configuration, layer: LayerConfiguration, capacitance: float) -> float:
@@ -244,14 +285,12 @@ def cell_of_layer(c: Configuration, name: str) -> tuple[Cell, Any, np.ndarray]:
     chosen = c.cell_of(name)
     if chosen == PLANT:
         layer = c.longitudinal if name == "network" else getattr(c, name)
-        return (
-            SHIPPED_CELL,
-            cell_constants(c, c.tissue.kinetics_rate),
-            _drugged(c, PLANT, _conductances(layer, 1)[:, 0]),
-        )
+        rate = c.tissue.kinetics_rate * warmed(c, c.tissue.q10_kinetics)
+        return SHIPPED_CELL, cell_constants(c, rate), _drugged(c, PLANT, _conductances(layer, 1)[:, 0])
     part = find("cell", chosen)
     cell = described(part.name, part.file)
     numbers = c.part_numbers(name, part)
+    numbers = numbers | {"kinetics_rate": numbers["kinetics_rate"] * warmed(c, c.tissue.q10_kinetics)}
     constants = cell.constants(**{one.name: numbers[one.name] for one in part.parameters})
     return cell, constants, _drugged(c, chosen, np.array([numbers[one.name] for one in part.channels], dtype=float))
 
@@ -277,7 +316,7 @@ def _layer(c: Configuration, name: str, grid: Grid) -> Layer:
             layer.extracellular_circumferential,
         ),
         conducts=layer.conduction,
-        force_factor=layer.active * _factors(c, name, "active", grid),
+        force_factor=layer.active * warmed(c, c.tissue.q10_force) * _factors(c, name, "active", grid),
         threshold=layer.threshold,
         conductivity=_factors(c, name, "conductivity", grid, at=0.5 * (grid.cells[1:] + grid.cells[:-1])),
         conductivity_around=_factors(c, name, "conductivity", grid, turned=0.5),

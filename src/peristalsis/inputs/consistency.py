@@ -14,6 +14,7 @@ from peristalsis.inputs.choices import declared
 from peristalsis.inputs.drugs import check as check_drugs
 from peristalsis.inputs.parameters import PARAMETERS
 from peristalsis.inputs.parts import SHIPPED, Part, parts
+from peristalsis.inputs.pellet_rules import check_pellet_and_reflex
 from peristalsis.inputs.recording import Recording, planned
 from peristalsis.inputs.regions import check as check_regions
 
@@ -43,6 +44,7 @@ def check(config: Configuration) -> None:
     _check_places(config)
     _check_control(config)
     _check_parts(config)
+    check_pellet_and_reflex(config)
     check_regions(config.regions, config.wall.length, config.wall.radius, config.grid.conduction_columns)
 
 

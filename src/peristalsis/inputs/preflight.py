@@ -168,7 +168,7 @@ def disk_remarks(configuration: Configuration, folder: Path) -> list[str]:
 
 def remarks_of_start(configuration: Configuration, state: State) -> list[str]:
     """Whether the inflated tube bulges over its clamped rings before anything happens."""
-    oral, anal = (float(part[0]) for part in bulges(state.wall.position[None, :, :, 2], configuration.wall.length))
+    oral, anal = (float(part[0]) for part in bulges(state.wall.position[None, :, :, 2], configuration.wall.span))
     worst = max(oral, anal)
     if worst <= BULGE * configuration.wall.radius:
         return []

@@ -36,6 +36,7 @@ FIXED_KEYS = (
     "rings.enabled",
     "rings.positions",
     "trigger.gate",
+    "reflex.kind",
 )
 CHANGEABLE_KEYS = (
     "pellet.viscous_friction",
@@ -43,6 +44,11 @@ CHANGEABLE_KEYS = (
     "pellet.static_friction_factor",
     "pellet.friction_coefficient",
     "pellet.friction_frame",
+    "pellet.viscous_friction_coefficient",
+    "pellet.fast_friction_share",
+    "pellet.friction_fall_speed",
+    "pellet.load_weight",
+    "pellet.load_stiffness",
     "lumen.pressure",
     "wall.viscosity",
     *(

@@ -13,7 +13,13 @@ from ..numerics.rates import rate_formula
 from ..pellet.contact import normal_slope
 from .bookkeeping import WallWork
 from .explicit.marching import contact_energy, explicit_acceleration
-from .friction import dry_friction_now, sliding_speed, tangential_friction_ahead
+from .friction import (
+    dry_friction_now,
+    net_force,
+    sliding_speed,
+    tangential_friction_ahead,
+    viscous_friction_now,
+)
 from .model import Model
 from .state import State
 from .surface_balance import surface_wall_work, volume_of
@@ -159,4 +165,9 @@ def _friction_power(model: Model, state: State) -> float:
     if not model.pellet.present:
         return 0.0
     speed = sliding_speed(model, state.pellet)
-    return model.pellet.viscous * speed * speed + dry_friction_now(model, state.pellet) * abs(speed)
+    if model.pellet.pull_stiffness > 0.0 or model.pellet.fast_share < 1.0:
+        pull = state.pellet.axial_force - net_force(model, state.pellet)
+        return net_force(model, state.pellet) * speed + pull * state.pellet.velocity
+    return viscous_friction_now(model, state.pellet) * speed * speed + dry_friction_now(model, state.pellet) * abs(
+        speed
+    )

@@ -46,7 +46,7 @@ def passages(model: Model, before: State, after: State) -> Passages:
             return before.step * model.dt_wall
         return (before.step + (goal - start) / (stop - start)) * model.dt_wall
 
-    pole, goal = model.pellet.oral, model.grid.length - model.pellet.anal
+    pole, goal = model.pellet.oral, model.grid.span - model.pellet.anal
     return Passages(
         when(goal) if start < goal <= stop and model.pellet.highest > goal else None,
         when(pole) if start >= pole > stop else None,
@@ -57,7 +57,7 @@ def passages(model: Model, before: State, after: State) -> Passages:
 def bulges(axial: Floats, length: float) -> tuple[Floats, Floats]:
     """How far the wall stands out over the oral and over the anal end [cm], each (n_time,).
 
-    axial: places of the wall nodes [cm], (n_time, n_z, n_theta). length: of the tube [cm].
+    axial: places of the wall nodes [cm], (n_time, n_z, n_theta). length: from end to end [cm].
     """
     over = axial.reshape(len(axial), -1)
     return np.maximum(-over.min(axis=1), 0.0), np.maximum(over.max(axis=1) - length, 0.0)

@@ -1,4 +1,4 @@
-"""Friction of the pellet over a step, from the state at its start, Eqs. (27), (50) and (51)."""
+"""Friction of the pellet over a step, from the state at its start, Eqs. (27), (50), (51), (124) and (125)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..pellet.body import require_shape
-from ..pellet.friction import CONSTANT, Nodes, Shares, Start, friction_of_step, pressed_on_end, sliding_velocity
+from ..pellet.friction import (
+    CONSTANT,
+    Nodes,
+    Shares,
+    Start,
+    falling_velocity,
+    friction_of_step,
+    pressed_on_end,
+    sliding_velocity,
+)
+from ..pellet.load import pull_of_load
 from .model import Model
 from .state import PelletState, WallState
 
@@ -31,17 +41,34 @@ def _friction_ahead(model: Model, wall: WallState, pellet: PelletState) -> tuple
     require_shape(model.pellet)
     shares = Shares(np.empty_like(wall.contact), np.empty_like(wall.contact))
     area = 2.0 * np.pi * model.wall.radius * model.wall.element_size / model.grid.n_theta
-    force = 0.0 if rests_on_end(model, pellet) else pellet.axial_force
-    dry = friction_of_step(
+    force = 0.0 if rests_on_end(model, pellet) else net_force(model, pellet)
+    held = friction_of_step(
         Nodes(wall.contact, wall.position, area),
-        Start(pellet.position, force, dry_friction_now(model, pellet)),
+        Start(pellet.position, force, _velocity(model, pellet, force) == 0.0),
         model.pellet.shape,
         model.pellet.viscous,
         model.pellet.dry,
         model.friction,
         shares,
     )
-    return dry, shares.weight, shares.tangent
+    return held.dry, shares.weight, shares.tangent
+
+
+def net_force(model: Model, pellet: PelletState) -> float:
+    """Axial force of the wall on the pellet less the pull of its load [mN], Eq. (123)."""
+    return pellet.axial_force - pull_of_load(pellet.position, model.pellet)[0]
+
+
+def viscous_friction_now(model: Model, pellet: PelletState) -> float:
+    """Viscous friction [mN s/cm] in the step that led to this state; before the first one that of no pressing."""
+    return pellet.viscous if model.friction.viscous_coefficient > 0.0 and pellet.viscous else model.pellet.viscous
+
+
+def _velocity(model: Model, pellet: PelletState, force: float) -> float:
+    """Velocity against the friction frame [cm/s] under a net force [mN], by the friction of the step before."""
+    viscous, dry = viscous_friction_now(model, pellet), dry_friction_now(model, pellet)
+    own = model.pellet
+    return float(falling_velocity(force, viscous, dry, own.fast_share, own.fall_speed, pellet.slid)[0])
 
 
 def dry_friction_now(model: Model, pellet: PelletState) -> float:
@@ -53,7 +80,7 @@ def sliding_speed(model: Model, pellet: PelletState) -> float:
     """Velocity of the pellet against the friction frame [cm/s]: exactly zero while it sticks, or rests on an end."""
     if rests_on_end(model, pellet):
         return 0.0
-    return sliding_velocity(pellet.axial_force, model.pellet.viscous, dry_friction_now(model, pellet))[0]
+    return _velocity(model, pellet, net_force(model, pellet))
 
 
 def rests_on_end(model: Model, pellet: PelletState) -> bool:
@@ -68,5 +95,6 @@ def end_reaction(model: Model, pellet: PelletState) -> float:
     """Axial force of a closed end on the pellet [mN], positive towards the anal end: what friction leaves, Eq. (60)."""
     if not rests_on_end(model, pellet):
         return 0.0
-    drive = sliding_velocity(pellet.axial_force, model.pellet.viscous, dry_friction_now(model, pellet))[0]
+    force, dry = net_force(model, pellet), dry_friction_now(model, pellet)
+    drive = sliding_velocity(force, model.pellet.viscous, dry)[0]
     return -model.pellet.viscous * drive if drive != 0.0 else 0.0

@@ -87,8 +87,9 @@ class Tube:
 
     @classmethod
     def undeformed(cls, model: Model) -> Tube:
-        """The cylinder of the reference."""
-        nodes = model.grid.nodes
+        """The cylinder of the reference, evenly shortened between ends that are held nearer than it is long."""
+        grid = model.grid
+        nodes = grid.nodes if grid.slack == 0.0 else grid.nodes * (grid.span / grid.length)
         n = nodes.size
         scalars = np.array([model.lumen.pressure, model.start_position, 0.0])
         return cls(model, np.full(n, model.wall.radius), nodes.copy(), np.zeros(n), scalars)
@@ -184,7 +185,7 @@ def _refined(model: Model, pressure: float) -> tuple[Tube, list[Floats], float] 
     Raises DivergenceError where there is none on the coarse grid.
     """
     grid = model.grid
-    coarse = Grid(grid.length, grid.n_z, grid.n_z_wall // 4, 1, grid.n_theta_conduction)
+    coarse = Grid(grid.length, grid.n_z, grid.n_z_wall // 4, 1, grid.n_theta_conduction, slack=grid.slack)
     wall = model.wall._replace(element_size=coarse.element_size)
     small, small_free, _ = _started(replace(model, grid=coarse, wall=wall), pressure)
     tube = Tube.undeformed(model)

@@ -186,6 +186,7 @@ def scalar_changes(
     right[2] = force_right if pellet.present else 0.0
     if pellet.present:
         matrix[1, 2] = -step.pellet_weight * now.speed_slope
+        matrix[1, 1] += step.pellet_weight * now.speed_slope * now.pull_slope
     for c in range(columns):
         column_r, column_z = system[RIGHT + 2 * c], system[RIGHT + 2 * c + 1]
         by_pressure = -dot(work[VOLUME_R], column_r, first, n - 1) - dot(work[VOLUME_Z], column_z, first, n - 1)

@@ -11,7 +11,8 @@ from ..geometry.tube import lumen_volume
 from ..numerics.compiled import INDEX, compiled
 from ..numerics.reductions import squares_and_largest
 from ..pellet.contact import AUGMENTATION
-from ..pellet.friction import held_by_ends, sliding_velocity
+from ..pellet.friction import falling_velocity, held_by_ends
+from ..pellet.load import pull_of_load
 from ..pellet.shapes.sphere import gap_and_normal
 from ..wall.assembly import FORCE_R, FORCE_Z, HISTORY_R, HISTORY_Z, VOLUME_R, VOLUME_Z, wall_forces
 from .problem import (
@@ -35,7 +36,8 @@ class Balance(NamedTuple):
 
     within: whether the state is in range. merit: root of the sum of squares of all scaled residuals; worst: the
     largest of them. pressure [mN/cm^2], centre [cm], force [mN]: residuals of the scalars. law: what the gas law gives
-    for the pressure at the lumen's `volume` [cm^3]. speed_slope: derivative of the pellet's velocity by its force.
+    for the pressure at the lumen's `volume` [cm^3]. speed_slope: derivative of the pellet's velocity by its force;
+    pull_slope: of the load's pull by the place.
     """
 
     within: bool
@@ -47,6 +49,7 @@ class Balance(NamedTuple):
     law: float
     volume: float
     speed_slope: float
+    pull_slope: float
 
 
 @compiled
@@ -115,12 +118,18 @@ def measure(density: np.ndarray, problem: Problem, first: int, last: int, work: 
 
 
 @compiled
-def _pellet_balance(unknowns: Unknowns, problem: Problem, work: np.ndarray) -> tuple[float, float, float]:
-    """Residuals of the pellet's centre [cm] and force [mN], Eqs. (27), (34), (60); slope of its velocity by force."""
+def _pellet_balance(unknowns: Unknowns, problem: Problem, work: np.ndarray) -> tuple[float, float, float, float]:
+    """Residuals of the pellet's centre [cm] and force [mN], Eqs. (27), (34), (60); slopes of its velocity and load.
+
+    Those are of the velocity by the force, and of the load's pull by the place.
+    """
     zeta, density, scalars = unknowns.zeta, unknowns.density, unknowns.scalars
     known, pellet, step = problem.known, problem.pellet, problem.step
     h, circumference = problem.wall.element_size, problem.circumference
-    speed, speed_slope = sliding_velocity(scalars[2], pellet.viscous, pellet.dry)
+    pull, pull_slope = pull_of_load(scalars[1], pellet)
+    speed, speed_slope = falling_velocity(
+        scalars[2] - pull, pellet.viscous, pellet.dry, pellet.fast_share, pellet.fall_speed, pellet.sliding
+    )
     axial = 0.0
     wall_velocity = 0.0
     for i in range(1, zeta.size - 1):
@@ -134,7 +143,7 @@ def _pellet_balance(unknowns: Unknowns, problem: Problem, work: np.ndarray) -> t
     if held_by_ends(scalars[1] - centre, pellet.lowest, pellet.highest):
         centre = scalars[1] - min(max(scalars[1] - centre, pellet.lowest), pellet.highest)
         speed_slope = 0.0
-    return centre, force, speed_slope
+    return centre, force, speed_slope, pull_slope
 
 
 @compiled
@@ -146,14 +155,14 @@ def balance(unknowns: Unknowns, problem: Problem, within: bool, work: np.ndarray
         volume = lumen_volume(unknowns.rho, unknowns.zeta) - (pellet.volume if pellet.present else 0.0)
         within = volume > 0.0
     if not within:
-        return Balance(False, math.inf, math.inf, 0.0, 0.0, 0.0, 0.0, volume, 0.0)
+        return Balance(False, math.inf, math.inf, 0.0, 0.0, 0.0, 0.0, volume, 0.0, 0.0)
     n = unknowns.rho.size
     law = lumen.pressure * (lumen.reference_volume / volume) ** lumen.exponent
     total, worst = measure(unknowns.density, problem, min(1, n), n - 2, work)
     pressure = unknowns.scalars[0] - law
-    centre = force = speed_slope = 0.0
+    centre = force = speed_slope = pull_slope = 0.0
     if pellet.present:
-        centre, force, speed_slope = _pellet_balance(unknowns, problem, work)
+        centre, force, speed_slope, pull_slope = _pellet_balance(unknowns, problem, work)
     for error in (
         abs(pressure) * wall.radius / TENSION_SCALE,
         abs(force) / (problem.circumference * TENSION_SCALE),
@@ -163,4 +172,4 @@ def balance(unknowns: Unknowns, problem: Problem, within: bool, work: np.ndarray
         worst = max(worst, error)
     within = math.isfinite(total)
     merit = math.sqrt(total) if within else math.inf
-    return Balance(within, merit, worst, pressure, centre, force, law, volume, speed_slope)
+    return Balance(within, merit, worst, pressure, centre, force, law, volume, speed_slope, pull_slope)

@@ -72,8 +72,8 @@ class WallState:
 class PelletState:
     """The pellet: centre along the tube [cm], velocity [cm/s], axial force of the wall [mN].
 
-    dry: dry friction in the step before [mN]. across: x and y of the centre in the frame of column 0 [cm]; (0, 0)
-    while the pellet is kept on the axis.
+    dry, viscous: friction in the step before [mN], [mN s/cm]; slid: whether the pellet slid as that began. across: x
+    and y of the centre in the frame of column 0 [cm]; (0, 0) while the pellet is kept on the axis.
     """
 
     position: float
@@ -81,6 +81,8 @@ class PelletState:
     axial_force: float
     dry: float = 0.0
     across: tuple[float, float] = (0.0, 0.0)
+    viscous: float = 0.0
+    slid: bool = False
 
 
 @dataclass(frozen=True)

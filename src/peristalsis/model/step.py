@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..control.graded import observe_receptors
 from ..control.pacemaker import follow
 from ..control.reflex import ReflexState, forget, observe_stretch, refractory, stretched_part
 from ..control.sequence import TriggerState, observe_activation, observe_tension, prepare
@@ -153,6 +154,9 @@ def _listen_to_stretch(model: Model, reflex: ReflexState, wall: WallState, time:
     """What the mechanoreceptors make of the new wall, Eq. (26)."""
     if not (model.reflex.enabled and model.pellet.present):
         return reflex
+    if model.reflex.graded:
+        stretch = scheme_of(model).receptor_stretch(model, wall)
+        return observe_receptors(model.reflex, reflex, stretch, np.any(wall.contact > 0.0, axis=1), time)
     if refractory(model.reflex, reflex, time):
         return forget(reflex, time)
     stretch = scheme_of(model).receptor_stretch(model, wall)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..control.graded import answer
 from ..control.pulses import add_pulses, covered, covered_around
 from ..control.sequence import add_trigger_current
 from .model import Model, Network
@@ -66,6 +67,8 @@ def stimuli_of_step(model: Model, state: State, start: float, stop: float) -> St
         inhibition = np.zeros(shape)
         add_pulses(state.reflex.inhibition, grid.cells, grid.cell_size, start, stop, inhibition, response.inhibition)
         stimuli.circular.open(inhibition, model.circular.cell.inhibition(model.circular.constants))
+    if state.reflex.receptors is not None:
+        _excite(model, state, start, stop, stimuli)
     if model.network is not None and state.network is not None:
         _couple(model.network, state, state.network.potential, stimuli)
     if model.pacemaker_cell is not None:
@@ -81,6 +84,22 @@ def stimuli_of_step(model: Model, state: State, start: float, stop: float) -> St
             mean = float((where * state.longitudinal.potential).sum() / reached)
             stimuli.pacemaker.open(np.full((1, 1), cell.coupling), mean)
     return stimuli
+
+
+def _excite(model: Model, state: State, start: float, stop: float, stimuli: Stimuli) -> None:
+    """What the receptors of the graded reflex bring, Eqs. (121), (122)."""
+    assert state.reflex.receptors is not None
+    reflex, grid = model.reflex, model.grid
+    brought = answer(reflex, state.reflex.receptors, grid.nodes, grid.cells, start, stop)
+    if brought is None:
+        return
+    around = model.circular.response
+    stimuli.longitudinal.current += reflex.gain * reflex.longitudinal_intensity * brought.longitudinal[:, None]
+    excitation = reflex.gain * reflex.excitation_intensity * brought.excitation[:, None]
+    stimuli.circular.current += excitation * around.excitation
+    inhibition = reflex.gain * reflex.inhibition_conductance * brought.inhibition[:, None] * around.inhibition
+    reversal = model.circular.cell.inhibition(model.circular.constants)
+    stimuli.circular.open(np.broadcast_to(inhibition, stimuli.circular.conductance.shape), reversal)
 
 
 def _couple(network: Network, state: State, potential: Floats, stimuli: Stimuli) -> None:

@@ -8,18 +8,19 @@ import numpy as np
 
 from ..numerics.compiled import compiled
 from ..pellet.body import unpack_pellet
-from ..pellet.constants import PELLET_DRY, PelletConstants
+from ..pellet.constants import PELLET_DRY, PELLET_SLIDING, PELLET_VISCOUS, PelletConstants
 from ..pellet.contact import axial_force
 from ..pellet.friction import (
     FrictionLaw,
     Nodes,
     Shares,
     Start,
+    falling_velocity,
     friction_of_step,
     held_by_ends,
     pressed_on_end,
-    sliding_velocity,
 )
+from ..pellet.load import pull_of_load
 from ..wall.assembly import HISTORY_HOOP, HISTORY_R, HISTORY_STRETCH, HISTORY_Z, set_drives
 from ..wall.constants import WallConstants
 from ..wall.membrane import element_stretch
@@ -31,8 +32,8 @@ from .predictor import Stretches, fit_lengths
 from .problem import KNOWN, TANGENT, VELOCITY_R, WEIGHT, Limits, Problem, Unknowns, Workspace, posed
 from .verdicts import CONVERGED, OUT_OF_RANGE, ROUNDED
 
-PRESSURE, CENTRE, VELOCITY, FORCE, DRY = range(5)
-"""Entries of the numbers that a step starts from and ends with: mN/cm^2, cm, cm/s, mN, mN."""
+PRESSURE, CENTRE, VELOCITY, FORCE, DRY, VISCOUS, SLIDING = range(7)
+"""Entries of the numbers that a step starts from and ends with: mN/cm^2, cm, cm/s, mN, mN, mN s/cm, 0 or 1."""
 
 
 class Request(NamedTuple):
@@ -65,7 +66,8 @@ def step_wall(
 ) -> tuple[int, int, int]:
     """One implicit step from `before` under the new drive into `after`: (code, iterations, assemblies).
 
-    numbers (5,): PRESSURE...FORCE before and after the step; DRY: dry friction in the step before, then in this one.
+    numbers (7,): PRESSURE...FORCE before and after the step; DRY, VISCOUS: friction in the step before, then in this
+    one; SLIDING: whether the pellet slid when that step began.
     Constants by `constants.packed`; work, system: `equilibrium.workspace`. Unless the code is CONVERGED, numbers and
     `after` must not be used.
     """
@@ -76,9 +78,14 @@ def step_wall(
     # Friction over the step, from the contact at its start, Eqs. (27), (50), (51).
     shares = Shares(np.empty((n, 1)), np.empty((n, 1)))
     held = pressed_on_end(numbers[CENTRE], numbers[VELOCITY], numbers[FORCE], pellet.lowest, pellet.highest)
-    dry = friction_of_step(
+    net = 0.0 if held else numbers[FORCE] - pull_of_load(numbers[CENTRE], pellet)[0]
+    slides = numbers[SLIDING] != 0.0
+    stuck = (
+        falling_velocity(net, numbers[VISCOUS], numbers[DRY], pellet.fast_share, pellet.fall_speed, slides)[0] == 0.0
+    )
+    friction = friction_of_step(
         Nodes(before.contact, before.position, 2.0 * np.pi * wall.radius * wall.element_size),
-        Start(numbers[CENTRE], 0.0 if held else numbers[FORCE], numbers[DRY]),
+        Start(numbers[CENTRE], net, stuck),
         pellet.shape,
         pellet.viscous,
         pellet.dry,
@@ -86,7 +93,9 @@ def step_wall(
         shares,
     )
     own_numbers = pellet_numbers.copy()
-    own_numbers[PELLET_DRY] = dry
+    own_numbers[PELLET_VISCOUS] = friction.viscous
+    own_numbers[PELLET_DRY] = friction.dry
+    own_numbers[PELLET_SLIDING] = 0.0 if stuck else 1.0
     own = unpack_pellet(own_numbers)
 
     second = r.second_order and r.step_before > 0.0
@@ -104,7 +113,8 @@ def step_wall(
         code = CONVERGED
     if code != CONVERGED:
         return code, iterations, assemblies
-    numbers[PRESSURE], numbers[CENTRE], numbers[DRY] = scalars[0], scalars[1], dry
+    numbers[PRESSURE], numbers[CENTRE] = scalars[0], scalars[1]
+    numbers[DRY], numbers[VISCOUS], numbers[SLIDING] = friction.dry, friction.viscous, own_numbers[PELLET_SLIDING]
     finish_step(unknowns, problem, before.position, numbers, after)
     return code, iterations, assemblies
 
@@ -167,7 +177,7 @@ def prepare_step(
 def finish_step(found: Unknowns, problem: Problem, position: np.ndarray, numbers: np.ndarray, after: NewWall) -> None:
     """The new `WallState` and pellet from a solution.
 
-    position: before the step, for the angles. numbers (5,): pressure and centre by the solver; the centre and what
+    position: before the step, for the angles. numbers (7,): pressure and centre by the solver; the centre and what
     is left follow here, the velocity from the stored contact by the friction law, Eqs. (13), (34).
     """
     rho, zeta, density = found.rho, found.zeta, found.density
@@ -195,7 +205,8 @@ def finish_step(found: Unknowns, problem: Problem, position: np.ndarray, numbers
         return
     area = 2.0 * np.pi * wall.radius * wall.element_size
     numbers[FORCE] = axial_force(rho, zeta, density, numbers[CENTRE], pellet.shape, area)
-    sliding, _ = sliding_velocity(numbers[FORCE], pellet.viscous, pellet.dry)
+    net = numbers[FORCE] - pull_of_load(numbers[CENTRE], pellet)[0]
+    sliding, _ = falling_velocity(net, pellet.viscous, pellet.dry, pellet.fast_share, pellet.fall_speed, pellet.sliding)
     carried = 0.0
     for i in range(n):
         carried += known[WEIGHT, i] * after.velocity[i, 0, 2]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..numerics.compiled import compiled
-from .constants import PelletConstants
+from .constants import FREE, PELLET_DRY, PELLET_SLIDING, PELLET_VISCOUS, PelletConstants, Resistance
 from .shapes.sphere import ShapeConstants, poles, resized, unpack_shape, volume
 
 
@@ -21,10 +21,12 @@ def pellet_of(
     tangential: bool = False,
     lowest: float = -math.inf,
     highest: float = math.inf,
+    resistance: Resistance = FREE,
 ) -> PelletConstants:
     """A pellet of this shape, with its volume and poles; the other arguments are those of `PelletConstants`."""
     oral, anal = poles(shape)
-    return PelletConstants(present, shape, viscous, dry, frame, volume(shape), oral, anal, tangential, lowest, highest)
+    own = volume(shape), oral, anal
+    return PelletConstants(present, shape, viscous, dry, frame, *own, tangential, lowest, highest, *resistance)
 
 
 def resized_pellet(pellet: PelletConstants, radius: float) -> PelletConstants:
@@ -47,5 +49,21 @@ def require_shape(pellet: PelletConstants) -> None:
 def unpack_pellet(p: np.ndarray) -> PelletConstants:
     """The pellet's constants from what `model.constants.packed` made of them."""
     return PelletConstants(
-        p[0] != 0.0, unpack_shape(p[1:]), p[-9], p[-8], p[-7], p[-6], p[-5], p[-4], p[-3] != 0.0, p[-2], p[-1]
+        p[0] != 0.0,
+        unpack_shape(p[1:]),
+        p[PELLET_VISCOUS],
+        p[PELLET_DRY],
+        p[-13],
+        p[-12],
+        p[-11],
+        p[-10],
+        p[-9] != 0.0,
+        p[-8],
+        p[-7],
+        p[-6],
+        p[-5],
+        p[-4],
+        p[-3],
+        p[-2],
+        p[PELLET_SLIDING] != 0.0,
     )

@@ -1,7 +1,8 @@
-"""Viscous and dry friction on the pellet, Eqs. (13), (27), (50) and (51)."""
+"""Viscous and dry friction on the pellet, Eqs. (13), (27), (50), (51), (124) and (125)."""
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -11,13 +12,19 @@ from .shapes.sphere import ShapeConstants, gap_and_normal
 
 
 class FrictionLaw(NamedTuple):
-    """Dry friction beyond Eq. (13): static over kinetic friction, Eq. (50), and a share mu of the pressing, Eq. (51).
+    """Friction beyond Eq. (13): static over kinetic friction, Eq. (50), shares of the pressing, Eqs. (51) and (124).
 
-    The defaults are Eq. (13) itself.
+    coefficient: of dry friction [1]; viscous_coefficient: of the viscous one [s/cm]. The defaults are Eq. (13) itself.
     """
 
     static_factor: float = 1.0
     coefficient: float = 0.0
+    viscous_coefficient: float = 0.0
+
+    @property
+    def presses(self) -> bool:
+        """Whether any of it is in proportion to pressing."""
+        return self.coefficient > 0.0 or self.viscous_coefficient > 0.0
 
 
 CONSTANT = FrictionLaw()
@@ -33,10 +40,20 @@ class Nodes(NamedTuple):
 
 
 class Start(NamedTuple):
-    """The pellet as a step begins: its centre [cm], the axial force on it and the dry friction until then [mN]."""
+    """The pellet as a step begins: its centre [cm], and whether it rests against the friction frame.
+
+    force: axial, of the wall, less the pull of a load [mN].
+    """
 
     centre: float
     force: float
+    stuck: bool
+
+
+class Held(NamedTuple):
+    """Friction that holds over a step: viscous [mN s/cm] and dry [mN]."""
+
+    viscous: float
     dry: float
 
 
@@ -58,6 +75,32 @@ def sliding_velocity(force: float, viscous: float, dry: float) -> tuple[float, f
     if force < -dry:
         return (force + dry) / viscous, 1.0 / viscous
     return 0.0, 0.0
+
+
+@compiled
+def falling_velocity(
+    force: float, viscous: float, dry: float, fast_share: float, fall_speed: float, sliding: bool
+) -> tuple[float, float]:
+    """As `sliding_velocity`, where dry friction falls with the speed v to a share of itself, Eq. (125).
+
+    dry friction is dry (s + (1 - s)/(1 + v/v0)), with s = `fast_share` and v0 = `fall_speed` [cm/s]. Where the whole
+    falls with v, two speeds belong to one force: a pellet that is `sliding` keeps the faster one as long as there is
+    one, one at rest stays there up to the dry friction.
+    """
+    size = abs(force)
+    if fast_share >= 1.0 or dry == 0.0:
+        return sliding_velocity(force, viscous, dry)
+    if size <= dry and not sliding:
+        return 0.0, 0.0
+    linear = viscous * fall_speed + dry * fast_share - size
+    under = linear * linear - 4.0 * viscous * fall_speed * (dry - size)
+    if under <= 0.0:
+        return 0.0, 0.0
+    root = math.sqrt(under)
+    speed = 0.5 * (root - linear) / viscous
+    if speed <= 0.0:
+        return 0.0, 0.0
+    return math.copysign(speed, force), (speed + fall_speed) / root
 
 
 @compiled
@@ -84,12 +127,22 @@ def dry_friction(dry: float, law: FrictionLaw, pressing: float, stuck: bool) -> 
 
 
 @compiled
-def pressed_part(dry: float, law: FrictionLaw, pressing: float, force: float, holding: float) -> float:
-    """The part of the whole friction that is in proportion to pressing, Eq. (51): from 0 to 1.
+def pressed_part(
+    dry: float, law: FrictionLaw, pressing: float, force: float, holding: float, viscous: float = 1.0
+) -> float:
+    """The part of the whole friction that is in proportion to pressing, Eqs. (51) and (124): from 0 to 1.
 
     dry, pressing, holding [mN]: F_d, N and the dry friction in all, with its static factor. force [mN]: the whole
-    friction, viscous and dry, for the pellet has no inertia. It vanishes with the coefficient.
+    friction, viscous and dry, for the pellet has no inertia. viscous: eta [mN s/cm]. It vanishes with the coefficients.
     """
+    if law.viscous_coefficient > 0.0:
+        thick = law.viscous_coefficient * pressing
+        kinetic = dry + law.coefficient * pressing
+        dry_part = law.coefficient * pressing / kinetic if kinetic > 0.0 else 0.0
+        size = abs(force)
+        if size <= holding:
+            return dry_part if kinetic > 0.0 else thick / (thick + viscous)
+        return (dry_part * holding + thick / (thick + viscous) * (size - holding)) / size
     kinetic = dry + law.coefficient * pressing
     if kinetic <= 0.0:
         return 0.0
@@ -126,23 +179,22 @@ def friction_of_step(
     dry: float,
     law: FrictionLaw,
     shares: Shares,
-) -> float:
-    """Dry friction [mN] that holds over a step, from the contact at its start; `shares` receives those of the nodes.
+) -> Held:
+    """Friction that holds over a step, from the contact at its start; `shares` receives those of the nodes.
 
-    start: tells whether the pellet is stuck. shares: friction in proportion to pressing, Eq. (51), lies along the
-    meridian; the rest is axial.
+    Friction in proportion to pressing, Eqs. (51) and (124), lies along the meridian; the rest is axial.
     """
     weight, tangent, centre = shares.weight, shares.tangent, start.centre
-    stuck = sliding_velocity(start.force, viscous, start.dry)[0] == 0.0
-    if law.coefficient <= 0.0:
+    if law.coefficient <= 0.0 and law.viscous_coefficient <= 0.0:
         tangent[:] = 0.0
-        return dry_friction(dry, law, nodes.area * share_out(nodes, centre, shape, False, weight), stuck)
+        pressing = nodes.area * share_out(nodes, centre, shape, False, weight)
+        return Held(viscous, dry_friction(dry, law, pressing, start.stuck))
     pressing = nodes.area * share_out(nodes, centre, shape, True, tangent)
-    holding = dry_friction(dry, law, pressing, stuck)
+    holding = dry_friction(dry, law, pressing, start.stuck)
     share_out(nodes, centre, shape, False, weight)
-    part = pressed_part(dry, law, pressing, start.force, holding)
+    part = pressed_part(dry, law, pressing, start.force, holding, viscous)
     for i in range(weight.shape[0]):
         for j in range(weight.shape[1]):
             tangent[i, j] *= part
             weight[i, j] = (1.0 - part) * weight[i, j] + tangent[i, j]
-    return holding
+    return Held(viscous + law.viscous_coefficient * pressing, holding)

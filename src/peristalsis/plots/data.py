@@ -96,8 +96,13 @@ def has_pellet(result: Result) -> bool:
 
 
 def length(result: Result) -> float:
-    """Length of the undeformed tube [mm]; the ends are clamped, so that of the deformed tube too."""
+    """Length of the undeformed tube [mm]."""
     return 10.0 * result.configuration.wall.length
+
+
+def span(result: Result) -> float:
+    """Distance between the clamped ends [mm]: the length of the tube in space, however it deforms."""
+    return 10.0 * result.configuration.wall.span
 
 
 def pellet_shape(result: Result) -> PelletShape:
@@ -155,7 +160,7 @@ def beyond_ends(result: Result) -> tuple[float, float]:
 
 def laboratory_axis(result: Result, count: int | None = None) -> Floats:
     """Axial places fixed in space [mm], from the oral to the anal end; as many as the wall has nodes."""
-    return np.linspace(0.0, length(result), values(result, "z").size if count is None else count)
+    return np.linspace(0.0, span(result), values(result, "z").size if count is None else count)
 
 
 def in_laboratory(result: Result, field: Floats, axis: Floats) -> Floats:
@@ -180,7 +185,7 @@ def manometry(result: Result, spacing: float) -> tuple[Floats, Floats, Floats]:
     spacing: distance between sensors [mm]; the first is one spacing from the oral end. A sensor reads the lumen
     pressure and, where the wall is pressed onto the pellet, the contact pressure besides.
     """
-    count = max(1, int(np.ceil(length(result) / spacing - 1e-9)) - 1)
+    count = max(1, int(np.ceil(span(result) / spacing - 1e-9)) - 1)
     axis = np.asarray(spacing * np.arange(1, count + 1), dtype=np.float64)
     contact = around(result, "contact_pressure", "mmHg")
     lumen = at_frames(result, "lumen_pressure", "mmHg")

@@ -93,7 +93,7 @@ def _pictures(result: Result, frames: list[int], rate: int) -> list[Image.Image]
     cmap, norm = tension_colours(result)
     axial, shape = data.cut(result, "axial_position", "mm"), data.profile(result)
     widest = float(np.abs(shape).max()) + 2.0
-    canvas = style.canvas(result, 1.25 + 2.0 * widest * AXES_WIDTH / data.length(result), "Tube and pellet")
+    canvas = style.canvas(result, 1.25 + 2.0 * widest * AXES_WIDTH / data.span(result), "Tube and pellet")
     canvas.set_dpi(FILM_DPI)
     axes = canvas.add_subplot()
     tension, time = data.cut(result, "tension_circumferential", "N/cm"), data.values(result, "time")

@@ -149,7 +149,7 @@ def _pictures(result: Result, frames: Iterable[int], view: View, size: tuple[int
     pyvista.vtk_verbosity("off")  # it looks for a screen first and says that there is none
     plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="three lights")
     plotter.set_background("white")
-    length = result.configuration.wall.length
+    length = result.configuration.wall.span
     widest = float(data.stored(result, "radius").max())
     size_of_text = max(8, size[1] // 36)
     bar = {

@@ -131,9 +131,18 @@ def _ends(extent: float, joint: str) -> tuple[list[float], list[str]]:
     return ticks, names
 
 
-def axis_down(axes: Axes, result: Result, label: str = "axial position (mm)") -> None:
+IN_SPACE, ON_THE_TUBE = "axial position (mm)", "undeformed position z (mm)"
+"""Labels of places: in space, between the clamped ends, or on the tube as it was."""
+
+
+def _extent(result: Result, label: str) -> float:
+    """How far an axis with this label goes [mm]."""
+    return data.length(result) if label == ON_THE_TUBE else data.span(result)
+
+
+def axis_down(axes: Axes, result: Result, label: str = IN_SPACE) -> None:
     """Place along the tube downwards [mm], the oral end at the top."""
-    extent = data.length(result)
+    extent = _extent(result, label)
     axes.set_ylim(extent, 0.0)
     axes.set_yticks(*_ends(extent, "  "))
     axes.set_ylabel(label)
@@ -141,7 +150,7 @@ def axis_down(axes: Axes, result: Result, label: str = "axial position (mm)") ->
 
 def show_ends(axes: Axes, result: Result) -> None:
     """On an axis that runs down: room for what stands out over the clamped ends, and lines at these; else nothing."""
-    extent, (oral, anal) = data.length(result), data.beyond_ends(result)
+    extent, (oral, anal) = data.span(result), data.beyond_ends(result)
     if max(oral, anal) < LEAST_BEYOND:
         return
     room = 0.07 * extent  # for the words
@@ -165,9 +174,9 @@ def show_ends(axes: Axes, result: Result) -> None:
         )
 
 
-def axis_right(axes: Axes, result: Result, label: str | None = "axial position (mm)") -> None:
+def axis_right(axes: Axes, result: Result, label: str | None = IN_SPACE) -> None:
     """Place along the tube to the right [mm], the oral end at the left."""
-    extent = data.length(result)
+    extent = _extent(result, label or IN_SPACE)
     axes.set_xlim(0.0, extent)
     axes.set_xticks(*_ends(extent, "\n"))
     if label is not None:
@@ -176,7 +185,7 @@ def axis_right(axes: Axes, result: Result, label: str | None = "axial position (
 
 def unrolled_axes(axes: Axes, result: Result) -> None:
     """Place on the undeformed tube to the right [mm], angle upwards [deg]."""
-    axis_right(axes, result, "undeformed position z (mm)")
+    axis_right(axes, result, ON_THE_TUBE)
     axes.set_ylim(0.0, 360.0)
     axes.set_yticks([0.0, 90.0, 180.0, 270.0, 360.0])
     axes.set_ylabel("angle (deg)")

@@ -100,9 +100,11 @@ def remarks(configuration: Configuration, arrays: Mapping[str, Any], summary: Ma
 
 
 def _spontaneous(configuration: Configuration, arrays: Mapping[str, Any]) -> list[str]:
-    """Waves of the longitudinal layer that no pacemaker started: nothing else starts that layer."""
+    """Waves of the longitudinal layer that no pacemaker started: only the graded reflex starts that layer besides."""
     if configuration.grid.n_theta > 1 or "input_changed" in arrays["event_kind"]:
         return []  # a front may go around the ring, and what drove the tissue before is not known any more
+    if configuration.reflex.kind == "graded" and configuration.reflex.longitudinal_intensity > 0.0:
+        return []  # the reflex starts this layer too, wherever the pellet is
     place = _own_source(configuration, arrays)
     if place is not None:
         where = f"at z = {place:.2g} cm"
@@ -261,7 +263,7 @@ def _end_decides(configuration: Configuration, arrays: Mapping[str, Any], summar
             f"the pellet was expelled at {transit:.4g} s, just before the end of the run at {duration:g} s: lengthen "
             "run.duration before comparing with other runs, which may not get there in time"
         ]
-    goal = configuration.wall.length - shape_of(configuration).anal
+    goal = configuration.wall.span - shape_of(configuration).anal
     left = goal - float(arrays["pellet_position"][-1])
     coming = float(arrays["pellet_velocity"][-1]) * END_MARGIN * duration
     if summary["status"] != "in_transit" or not 0.0 <= left <= coming:

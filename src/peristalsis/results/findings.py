@@ -42,7 +42,7 @@ def _ends(configuration: Configuration, summary: Mapping[str, Any], arrays: Mapp
             "ends there and does not hold it; set wall.oral_end = closed, or enlarge pellet.start_gap"
         )
     least = BULGE * configuration.wall.radius
-    for end, course in zip(("oral", "anal"), bulges(arrays["axial_position"], configuration.wall.length), strict=True):
+    for end, course in zip(("oral", "anal"), bulges(arrays["axial_position"], configuration.wall.span), strict=True):
         if course.max() > max(least, course[0] + 0.1 * least):  # what it does from the start is said before the run
             moment = float(arrays["time"][course.argmax()])
             found.append(

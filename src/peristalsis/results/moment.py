@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..model.balance import Momentum
 from ..model.bookkeeping import ContactSummary, EndReactions
-from ..model.friction import dry_friction_now, end_reaction, sliding_speed
+from ..model.friction import dry_friction_now, end_reaction, net_force, sliding_speed, viscous_friction_now
 from ..model.model import Layer, Model
 from ..model.report import StepReport
 from ..model.state import SheetState, State, WallState
@@ -74,12 +74,17 @@ class Moment:
     @cached_property
     def viscous_force(self) -> float:
         """Viscous friction on the pellet [mN]."""
-        return -self.model.pellet.viscous * sliding_speed(self.model, self.state.pellet)
+        return -viscous_friction_now(self.model, self.state.pellet) * sliding_speed(self.model, self.state.pellet)
 
     @cached_property
     def end_reaction(self) -> float:
         """Axial force of a closed end on the pellet [mN], Eq. (60); zero at open ends and without a pellet."""
         return end_reaction(self.model, self.state.pellet) if self.model.pellet.present else 0.0
+
+    @cached_property
+    def dry_force(self) -> float:
+        """Dry friction on the pellet [mN]: what wall, load, viscous friction and closed ends leave to it."""
+        return -net_force(self.model, self.state.pellet) - self.viscous_force - self.end_reaction
 
     @property
     def dry_friction_limit(self) -> float:

@@ -115,7 +115,7 @@ class EventRecorder:
 
     def _ends(self, model: Model, before: State, after: State) -> None:
         place = after.pellet.position
-        if model.pellet.oral < place < model.grid.length - model.pellet.anal:
+        if model.pellet.oral < place < model.grid.span - model.pellet.anal:
             return
         found = passages(model, before, after)
         if found.oral_pole is not None:

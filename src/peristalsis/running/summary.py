@@ -46,7 +46,7 @@ def summarise(
     simulated, steps = float(time[-1]), int(time.size - 1)
     work, momentum = largest(arrays["power_residual"]), largest(arrays["momentum_residual"])
     axial = max(largest(arrays[name]) or 0.0 for name in ("oral_reaction", "anal_reaction", "axial_force"))
-    oral, anal = bulges(arrays["axial_position"], configuration.wall.length)
+    oral, anal = bulges(arrays["axial_position"], configuration.wall.span)
     summary = {
         "scenario": configuration.scenario,
         "reading": configuration.reading,

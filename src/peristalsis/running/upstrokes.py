@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..control.graded import answer
 from ..control.pacemaker import SourceState
 from ..control.pulses import Pulse
 from ..model.model import Model
@@ -90,6 +91,8 @@ class UpstrokeRecorder:
         until = time + model.dt_wall  # a stimulus is the mean over its step, and acts from the step's beginning
         pulses = [pulse for pulse in self._pulses[layer] if pulse.begin <= until and pulse.end >= since]
         pulses += listed.between(since, until)
+        if state.reflex.receptors is not None and _answered(model, state, layer, cell, since, until):
+            return True
         if layer == "circular":
             pulses += [pulse for pulse in self._discharges if pulse.begin <= until and pulse.end >= since]
             begun = state.trigger.start[cell]
@@ -101,6 +104,18 @@ class UpstrokeRecorder:
             if driver.place <= middle + half and middle - half <= driver.place + driver.width and rose >= since:
                 return True
         return any(pulse.low <= middle + half and middle - half <= pulse.high for pulse in pulses)
+
+
+def _answered(model: Model, state: State, layer: str, cell: int, since: float, until: float) -> bool:
+    """Whether receptors of the graded reflex excited a cell between two times [s]."""
+    assert state.reflex.receptors is not None
+    own = model.grid.cells[cell : cell + 1]
+    brought = answer(model.reflex, state.reflex.receptors, model.grid.nodes, own, since, until)
+    if brought is None:
+        return False
+    if layer == "circular":
+        return bool(brought.excitation[0] > 0.0)
+    return bool(brought.longitudinal[0] > 0.0) and model.reflex.longitudinal_intensity > 0.0
 
 
 def _after_a_neighbour(last: Floats, cell: int) -> bool:

@@ -18,19 +18,24 @@ from typing import Any
 from peristalsis.errors import ConfigurationError, ScenarioNotFound, shown, suggestion
 from peristalsis.inputs.config import Configuration, read_toml
 from peristalsis.inputs.config.reading import keys_of_readings, reading_of
+from peristalsis.inputs.parameters import PREPARATIONS, Parameter
 
 BASELINE = "baseline"
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """One experiment: changes to the shipped configuration, as they would stand in a file."""
+    """One experiment: changes to the shipped configuration, as they would stand in a file.
+
+    preparation: name of the measured gut whose numbers it has, empty for those of the paper; `changes` hold them too.
+    """
 
     name: str
     title: str
     description: str
     expected: str
     changes: Mapping[str, Any] = field(default_factory=dict)
+    preparation: str = ""
 
 
 def names() -> tuple[str, ...]:
@@ -79,6 +84,12 @@ def configuration(
 def unchanged(config: Configuration) -> Configuration:
     """The configuration of the same scenario and reading before any change by the user."""
     return configuration(config.scenario, reading=config.reading)
+
+
+def given_by(name: str) -> Mapping[str, Parameter]:
+    """What the preparation of a scenario says of its parameters; nothing where it has none."""
+    preparation = get(name).preparation
+    return PREPARATIONS[preparation].parameters if preparation else {}
 
 
 _added: dict[str, Scenario] = {}

@@ -7,8 +7,9 @@ from typing import Literal
 
 from .rules import Rule
 
-Use = Literal["prediction", "calibrated", "chosen"]
-"""What a claim is worth: a prediction, or one that served to calibrate the wave or to choose a reading or unit."""
+Use = Literal["prediction", "calibrated", "chosen", "plausibility"]
+"""What a claim is worth: a prediction, one that served to calibrate or to choose a number, or a bound that any sound
+model keeps."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ RESOLVED = 0.01
 UNUSABLE = ("refused", "diverged", "interrupted", "failed")
 """Ends of a run that say nothing about the pellet."""
 
-UNITS = {"_cm_s": "cm/s", "_cm": "cm", "_s": "s", "_kpa": "kPa", "_kPa": "kPa", "_mN": "mN"}
+UNITS = {"_mm_s": "mm/s", "_cm_s": "cm/s", "_cm": "cm", "_s": "s", "_kpa": "kPa", "_kPa": "kPa", "_mN": "mN"}
 """Ending of a metric's name to its unit, longer endings first; a name without one of them is of no unit."""
 
 

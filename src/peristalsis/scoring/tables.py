@@ -16,6 +16,7 @@ USES = {
     "prediction": "prediction",
     "calibrated": "calibrated: no prediction",
     "chosen": "used to choose: no prediction",
+    "plausibility": "plausibility: a bound, no prediction",
 }
 
 Scores = Mapping[str, Sequence[Scored]]

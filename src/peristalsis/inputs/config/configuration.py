@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from os import PathLike
+from types import MappingProxyType
 from typing import Any, Self
 
 from pydantic import Field, ValidationError, field_validator
@@ -16,7 +17,7 @@ from peristalsis.inputs import choices, tables
 from peristalsis.inputs.consistency import check
 from peristalsis.inputs.drugs import Dose
 from peristalsis.inputs.drugs import read as read_drugs
-from peristalsis.inputs.parameters import PARAMETERS, Value
+from peristalsis.inputs.parameters import PARAMETERS, Parameter, Value
 from peristalsis.inputs.parts import Part, find
 from peristalsis.inputs.protocols import Protocol, values_at
 from peristalsis.inputs.protocols import parse as parse_protocol
@@ -54,8 +55,28 @@ LATER: Mapping[str, object] = {
     "solver.surface_newton": "plain",
     "solver.surface_modes": 0,
     "grid.n_theta_wall": 0,
+    "wall.slack_length": 0.0,
+    "reflex.kind": "all_or_none",
+    "reflex.gain": 1.0,
+    "pellet.viscous_friction_coefficient": 0.0,
+    "pellet.fast_friction_share": 1.0,
+    "pellet.held": False,
+    "pellet.load": "none",
+    "tissue.warming": 0.0,
 }
 """Choices that earlier versions did not have, and what they did: there the digest is as without them."""
+IDLE: Mapping[str, tuple[str, ...]] = {
+    "reflex.kind": (
+        "reflex.stretch_range",
+        "reflex.summation",
+        "reflex.longitudinal_intensity",
+        "reflex.longitudinal_delay",
+    ),
+    "pellet.load": ("pellet.load_weight", "pellet.load_stiffness"),
+    "pellet.fast_friction_share": ("pellet.friction_fall_speed",),
+    "tissue.warming": ("tissue.q10_kinetics", "tissue.q10_force"),
+}
+"""One of the `LATER` choices to what has no effect, and no part in the digest, while it is as it was."""
 ENDS = ("run.duration", "run.stop_when_expelled", "run.stop_when_arrested", "run.stop_position")
 """Parameters that say when a run ends, and change nothing before."""
 
@@ -203,10 +224,13 @@ class Configuration(Sections):
             texts["drugs"] = [dose.table() for dose in self.drugs]
         return texts | {"regions": [region.table() for region in self.regions]}
 
-    def items(self, scenario: Configuration | None = None) -> Iterator[Entry]:
+    def items(
+        self, scenario: Configuration | None = None, preparation: Mapping[str, Parameter] = MappingProxyType({})
+    ) -> Iterator[Entry]:
         """Every parameter with its unit, tag and source; changed values are tagged as such.
 
-        Given the unchanged configuration of a scenario, values that agree with it are "set by scenario".
+        Given the unchanged configuration of a scenario, values that agree with it are "set by scenario", and those of
+        its preparation have the tag and the source that they have there.
         """
         ours = self.flat()
         scenario_values = {} if scenario is None else scenario.flat()
@@ -214,12 +238,14 @@ class Configuration(Sections):
             tag: str = about.tag
             if ours[key] != about.value:
                 tag = "set by scenario" if scenario_values.get(key) == ours[key] else "set by user"
+            own = preparation.get(key)
+            measured = own is not None and scenario_values.get(key) == ours[key]
             yield Entry(
                 key=key,
                 value=ours[key],
                 unit=about.unit,
-                tag=tag,
-                source=about.source,
+                tag=own.tag if own is not None and measured else tag,
+                source=own.source if own is not None and measured else about.source,
                 printed=about.printed,
                 description=about.description,
                 shipped=about.value,
@@ -330,7 +356,8 @@ class Configuration(Sections):
         without = (*without, *(key for key in SLOTS if ours[key] == PARAMETERS[key].value))
         if not self.network.enabled:
             without = (*without, *(key for key in ours if key.startswith("network.")))
-        without = (*without, *(key for key, first in LATER.items() if ours[key] == first))
+        as_before = [key for key, first in LATER.items() if ours[key] == first]
+        without = (*without, *as_before, *(idle for key in as_before for idle in IDLE.get(key, ())))
         if self.trigger.gate == "none":
             without = (*without, *(key for key in ours if key.startswith("trigger.gate")))
         if self.step.control == "fixed":

@@ -77,6 +77,13 @@ class Pellet(Section):
     static_friction_factor: float = parameter("pellet.static_friction_factor", ge=1, le=100)
     friction_coefficient: float = parameter("pellet.friction_coefficient", ge=0, le=10)
     friction_frame: Literal["rest", "wall"] = parameter("pellet.friction_frame")
+    viscous_friction_coefficient: float = parameter("pellet.viscous_friction_coefficient", ge=0, le=1e4)
+    fast_friction_share: float = parameter("pellet.fast_friction_share", ge=0, le=1)
+    friction_fall_speed: float = parameter("pellet.friction_fall_speed", gt=0, le=1e4)
+    held: bool = parameter("pellet.held")
+    load: Literal["none", "weight", "spring"] = parameter("pellet.load")
+    load_weight: float = parameter("pellet.load_weight", ge=0, le=1e7)
+    load_stiffness: float = parameter("pellet.load_stiffness", gt=0, le=1e7)
     start_gap: float = parameter("pellet.start_gap", ge=0, le=200)
     sideways: Literal["fixed", "free"] = parameter("pellet.sideways")
     sideways_friction: float = parameter("pellet.sideways_friction", gt=0, le=1e7)
@@ -94,6 +101,7 @@ class Wall(Section):
 
     radius: float = parameter("wall.radius", gt=0, le=20)
     length: float = parameter("wall.length", gt=0, le=200)
+    slack_length: float = parameter("wall.slack_length", ge=0, le=200)
     surface_density: float = parameter("wall.surface_density", gt=0, le=1e6)
     oral_end: Literal["open", "closed"] = parameter("wall.oral_end")
     anal_end: Literal["open", "closed"] = parameter("wall.anal_end")
@@ -119,6 +127,11 @@ class Wall(Section):
     bending_viscosity_around: float = parameter("wall.bending_viscosity_around", ge=0, le=100)
     shear_viscosity: float = parameter("wall.shear_viscosity", ge=0, le=1e4)
     foundation: float = parameter("wall.foundation", ge=0, le=1e4)
+
+    @property
+    def span(self) -> float:
+        """Distance between the held ends [cm]."""
+        return self.length - self.slack_length
 
 
 class Layer(Section):
@@ -152,6 +165,9 @@ class Tissue(Section):
     capacitance: float = parameter("tissue.capacitance", gt=0, le=1000)
     volume_to_surface: float = parameter("tissue.volume_to_surface", gt=0, le=10)
     kinetics_rate: float = parameter("tissue.kinetics_rate", gt=0, le=100)
+    warming: float = parameter("tissue.warming", ge=-40, le=20)
+    q10_kinetics: float = parameter("tissue.q10_kinetics", gt=0, le=10)
+    q10_force: float = parameter("tissue.q10_force", gt=0, le=10)
     front_correction: Literal["none", "measured"] = parameter("tissue.front_correction")
     bidomain: Literal["full", "pseudo"] = parameter("tissue.bidomain")
 
@@ -231,6 +247,12 @@ class Reflex(Section):
     excitation_duration: float = parameter("reflex.excitation_duration", gt=0, le=100)
     inhibition_conductance: float = parameter("reflex.inhibition_conductance", ge=0, le=1000)
     inhibition_duration: float = parameter("reflex.inhibition_duration", gt=0, le=100)
+    kind: Literal["all_or_none", "graded"] = parameter("reflex.kind")
+    gain: float = parameter("reflex.gain", ge=0, le=100)
+    stretch_range: float = parameter("reflex.stretch_range", gt=0, le=10)
+    summation: float = parameter("reflex.summation", gt=0, le=200)
+    longitudinal_intensity: float = parameter("reflex.longitudinal_intensity", ge=0, le=1000)
+    longitudinal_delay: float = parameter("reflex.longitudinal_delay", ge=0, le=100)
 
 
 class Rings(Section):

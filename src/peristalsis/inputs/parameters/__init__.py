@@ -1,14 +1,15 @@
 """Every number the package ships, with its unit, its tag and its source.
 
 One TOML file per source: ``[source]`` says what is cited, each further table is one parameter.
-``readings.toml`` holds the named readings: sets of numbers where the paper contradicts itself.
+``readings.toml`` holds the named readings: sets of numbers where the paper contradicts itself. A preparation
+is a file of its own: the numbers of a gut that was measured, which a scenario lays over the others.
 """
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
@@ -21,6 +22,7 @@ Value = float | int | bool | str | tuple[float, ...] | tuple[str, ...]
 
 _FOLDER = Path(__file__).parent
 _FILES = ("al_qatrawi_miftahof", "plant_1981", "tong_fung_1976", "chosen")
+_PREPARATIONS = ("guinea_pig_distal_colon", "rabbit_progressive_wave")
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +30,8 @@ class Parameter:
     """One shipped value.
 
     `unit` is "1" for dimensionless numbers and empty for switches and names.  `printed` is what the paper
-    prints where its unit or its value was in doubt, and empty otherwise.
+    prints where its unit or its value was in doubt, and empty otherwise. `low` and `high` bound what the source lets it
+    be, in its unit, and are None where it says nothing.
     """
 
     key: str
@@ -38,6 +41,8 @@ class Parameter:
     source: str
     description: str
     printed: str = ""
+    low: float | None = None
+    high: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +53,40 @@ class Source:
     short: str
     citation: str
     parameters: Mapping[str, Parameter]
+
+
+@dataclass(frozen=True, slots=True)
+class Preparation:
+    """A measured gut: its name, title, what was fitted on what, and its numbers.
+
+    citation: all that its numbers are from. fitted: keys of those that were fitted.
+    """
+
+    name: str
+    short: str
+    title: str
+    citation: str
+    fitted_on: str
+    parameters: Mapping[str, Parameter]
+
+    @property
+    def fitted(self) -> tuple[str, ...]:
+        """Keys of the numbers that were calibrated."""
+        return tuple(key for key, about in self.parameters.items() if about.tag == "calibrated")
+
+    def changes(self) -> dict[str, Any]:
+        """Its numbers as they would stand in a configuration file."""
+        return {key: written(about) for key, about in self.parameters.items()}
+
+
+def written(about: Parameter) -> Any:
+    """The value of a parameter as it would stand in a configuration file."""
+    value = about.value
+    if about.unit in ("", "1") or isinstance(value, bool | str):
+        return value
+    if isinstance(value, tuple):
+        return [f"{item!r} {about.unit}" for item in value]
+    return f"{value!r} {about.unit}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +135,24 @@ def _load_readings(sources: Mapping[str, Source]) -> dict[str, Reading]:
     return readings
 
 
+def _load_preparation(name: str) -> Preparation:
+    tables = _tables(name)
+    about = tables.pop("preparation")
+    known = shipped()
+    parameters = {}
+    for key, table in tables.items():
+        if key not in known:
+            raise ValueError(f"{name}.toml: {key} is no parameter of the package")
+        low, high = table.get("range", (None, None))
+        one = _parameter(name, key, {"description": known[key].description, **table}, about["short"])
+        if isinstance(one.value, float | int) and low is not None and not low <= one.value <= high:
+            raise ValueError(f"{name}.toml: {key} = {one.value} is not within its range {low}...{high}")
+        parameters[key] = replace(one, low=low, high=high)
+    return Preparation(
+        name, about["short"], about["title"], about["citation"], about["fitted_on"], MappingProxyType(parameters)
+    )
+
+
 def _tables(name: str) -> dict[str, Any]:
     with (_FOLDER / f"{name}.toml").open("rb") as file:
         return tomllib.load(file)
@@ -136,3 +193,4 @@ def _disjoint(sources: Mapping[str, Source]) -> Mapping[str, Source]:
 SOURCES: Mapping[str, Source] = _disjoint({name: _load_source(name) for name in _FILES})
 READINGS: Mapping[str, Reading] = MappingProxyType(_load_readings(SOURCES))
 PARAMETERS: Mapping[str, Parameter] = shipped()
+PREPARATIONS: Mapping[str, Preparation] = MappingProxyType({name: _load_preparation(name) for name in _PREPARATIONS})

@@ -25,7 +25,7 @@ from ..exchange import (
     stretches_receptors,
 )
 from ..fields import axial_tension_of_elements, stretch_of_elements
-from ..friction import dry_friction_now
+from ..friction import dry_friction_now, viscous_friction_now
 from ..model import Layer, Model
 from ..muscle import drive_of_cells, drive_of_sub_cells
 from ..problem import workspace
@@ -97,7 +97,15 @@ def solve_wall(
         model.friction,
     )
     numbers = np.array(
-        [pressure, pellet.position, pellet.velocity, pellet.axial_force, dry_friction_now(model, pellet)],
+        [
+            pressure,
+            pellet.position,
+            pellet.velocity,
+            pellet.axial_force,
+            dry_friction_now(model, pellet),
+            viscous_friction_now(model, pellet),
+            pellet.slid,
+        ],
         dtype=np.float64,
     )
     constants = packed(model.wall), packed(model.pellet), packed(model.lumen)
@@ -118,8 +126,10 @@ def solve_wall(
         drive=drive,
         step_before=dt,
     )
-    lumen_pressure, centre, speed, force, dry = numbers.tolist()
-    moved = PelletState(centre, speed, force, dry) if model.pellet.present else PelletState(centre, 0.0, 0.0)
+    lumen_pressure, centre, speed, force, dry, viscous, slid = numbers.tolist()
+    moved = PelletState(centre, 0.0, 0.0)
+    if model.pellet.present:
+        moved = PelletState(centre, speed, force, dry, viscous=viscous, slid=slid != 0.0)
     return code, Solved(after, moved, lumen_pressure, iterations, assemblies, 1)
 
 

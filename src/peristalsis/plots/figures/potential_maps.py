@@ -36,7 +36,7 @@ def panel(axes: Axes, result: Result, layer: str, norm: Any) -> Any:
         path_effects=style.outlined("black", 2.4),
         label=front_label(result, layer),
     )
-    style.axis_down(axes, result, "undeformed position z (mm)")
+    style.axis_down(axes, result, style.ON_THE_TUBE)
     style.time_axis(axes, result)
     return mesh
 

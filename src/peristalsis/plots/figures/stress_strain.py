@@ -38,7 +38,7 @@ def draw(result: Result, times: Sequence[float] | None = None) -> Canvas:
             _tensions(grid[row, side], result, frame, direction)
         for axes in grid[:, side]:
             _contact_band(axes, result, frame)
-        style.axis_right(grid[2, side], result, "undeformed position z (mm)")
+        style.axis_right(grid[2, side], result, style.ON_THE_TUBE)
     for row, label in enumerate(("stretch", "longitudinal\ntension (N/cm)", "circumferential\ntension (N/cm)")):
         grid[row, 0].set_ylabel(label)
     grid[0, 0].legend(loc="best")

@@ -26,7 +26,7 @@ def panel(axes: Axes, result: Result) -> Any:
     mesh = style.colour_map(
         axes, result, time, place, stretch, style.STRETCH, CenteredNorm(vcenter=1.0, halfrange=farthest)
     )
-    style.axis_down(axes, result, "undeformed position z (mm)")
+    style.axis_down(axes, result, style.ON_THE_TUBE)
     style.time_axis(axes, result)
     return mesh
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def position(axes: Axes, result: Result) -> None:
     """Position of the pellet's centre between where it starts and where it leaves."""
     centre = data.values(result, "pellet_position", "mm")
-    start, end = centre[0], data.length(result) - data.poles(result)[1]
+    start, end = centre[0], data.span(result) - data.poles(result)[1]
     for place, text, side in ((start, "start", 1), (end, "end", -1)):
         axes.axhline(place, color=style.GREY, linewidth=0.9, linestyle=":")
         axes.annotate(

@@ -106,7 +106,7 @@ def draw(result: Result, times: Sequence[float] | None = None) -> Canvas:
     cmap, norm = tension_colours(result)
     columns = min(2, len(frames))
     rows = -(-len(frames) // columns)
-    tall = 2.0 * height(result) / data.length(result) * 6.6 / columns
+    tall = 2.0 * height(result) / data.span(result) * 6.6 / columns
     figure = style.canvas(result, 1.35 + rows * (0.34 + tall), "Shape of the tube")
     figure.get_layout_engine().set(wspace=0.06)  # the ends' labels of neighbours must not touch
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
@@ -133,8 +133,8 @@ def _pressure_scale(axes: Axes, result: Result) -> None:
     """How high the band of contact pressure is, at the anal end of the first panel."""
     largest = largest_pressure(result)
     size = next(size for size in (100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1) if size <= largest)
-    right, bottom = 0.97 * data.length(result), height(result) - PRESSURE_HEIGHT - 0.7
-    left, top = right - 0.02 * data.length(result), bottom + PRESSURE_HEIGHT * size / largest
+    right, bottom = 0.97 * data.span(result), height(result) - PRESSURE_HEIGHT - 0.7
+    left, top = right - 0.02 * data.span(result), bottom + PRESSURE_HEIGHT * size / largest
     corners = [left, right, right, left], [bottom, bottom, top, top]
     axes.fill(*corners, facecolor=style.SKY, edgecolor=style.BLUE, linewidth=0.5)
     axes.text(left - 2.0, 0.5 * (bottom + top), f"contact pressure {size:g} kPa", ha="right", va="center", fontsize=8.5)

@@ -1,0 +1,1 @@
+"""Isolated colon on the bench: what laboratories measured of it, as claims with rules."""
