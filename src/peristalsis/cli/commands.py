@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from .app_command import app_
 from .cell_command import app as cell_app
 from .help import EXAMPLES as EXAMPLES
 from .help import WITHOUT_WORDS as WITHOUT_WORDS
@@ -388,6 +389,7 @@ def warm_up_(
 
 
 app.add_typer(cell_app)
+app.command("app", epilog=epilog("app"))(app_)
 app.command("map", epilog=epilog("map"))(map_)
 app.command("paper", epilog=epilog("paper"))(paper)
 

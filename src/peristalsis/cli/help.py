@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .app_command import EXAMPLES as APP_EXAMPLES
 from .map_command import EXAMPLES as MAP_EXAMPLES
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
 
@@ -49,6 +50,7 @@ EXAMPLES = {
     ),
     "batch": ("peristalsis batch friction.toml", "peristalsis batch friction.toml --workers 2 --out out/friction"),
     "check": ("peristalsis check out/baseline", "peristalsis check out/baseline out/thin --quarantine"),
+    "app": APP_EXAMPLES,
     "map": MAP_EXAMPLES,
     "paper": PAPER_EXAMPLES,
     "warm-up": ("peristalsis warm-up", "peristalsis warm-up --set tissue.cell=hodgkin_huxley"),

@@ -100,7 +100,7 @@ _STARTING = threading.Lock()
 
 
 @contextmanager
-def _without_main() -> Iterator[None]:
+def without_main() -> Iterator[None]:
     """While this lasts, processes that are started do not learn from which file this program came."""
     with _STARTING:
         main = vars(sys.modules[MAIN])
@@ -133,7 +133,7 @@ class _Worker:
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
         self.process: SpawnProcess = context.Process(target=_serve, args=(theirs, work), daemon=False)
-        with _with_main() if reads_main else _without_main():
+        with _with_main() if reads_main else without_main():
             self.process.start()
         theirs.close()
         self.key: str | None = None
@@ -224,7 +224,7 @@ def _in_processes(
 def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
     """What a process does: one task after the other, until the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one who started it decides what Ctrl-C means
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=end_with_parent, daemon=True).start()
     plugins.ready()
     while True:
         try:
@@ -243,7 +243,8 @@ def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
             return
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
+    """End this process when the one that started it has ended; for a thread of its own."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         wait([parent.sentinel])
