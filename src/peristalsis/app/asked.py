@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -117,7 +116,7 @@ def read_live(content: object, asked: Asked) -> tuple[Asked, dict[str, Any]]:
 
 def defaults(scenario: object, reading: object) -> dict[str, Any]:
     """What the page shows for a scenario and a reading before anything is changed."""
-    asked = read({"scenario": scenario, "reading": reading})
+    asked = read({"scenario": scenarios.BASELINE if scenario is None else scenario, "reading": reading})
     own = asked.own()
     return {
         "values": {control.name: control.shown(own) for control in CONTROLS if applies(control, own)},
@@ -154,7 +153,7 @@ def _values(content: object) -> dict[str, float]:
     for name, value in _mapping(content, "the numbers").items():
         _known({name: value}, BY_NAME, "control")
         control = BY_NAME[name]
-        number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+        number = isinstance(value, int | float) and not isinstance(value, bool)
         if not number or not control.low <= value <= control.high:
             unit = f" {control.unit}"
             raise ConfigurationError(

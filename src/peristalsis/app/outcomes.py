@@ -14,7 +14,6 @@ NUMBERS = (
     ("mean_velocity_cm_s", "Mean velocity", "cm/s"),
     ("max_velocity_cm_s", "Greatest velocity", "cm/s"),
     ("max_axial_force_mN", "Greatest push", "mN"),
-    ("wave_speed_cm_s", "Speed of the wave", "cm/s"),
     ("min_diameter_cm", "Smallest diameter", "cm"),
 )
 """Key of the summary, label, unit."""

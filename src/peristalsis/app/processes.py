@@ -48,12 +48,8 @@ class Worker:
         return self._process.is_alive()
 
     def end(self) -> None:
-        """End the process whatever it is at."""
-        self._process.terminate()
-        self._process.join(PATIENCE)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
+        """End the process at once, whatever it is at: nothing that it has not sent is wanted."""
+        self._process.kill()
 
     def _listen(self) -> None:
         try:
@@ -76,7 +72,9 @@ def write_file(stored: Path, what: str, target: Path, seconds: float) -> str | N
     theirs.close()
     try:
         if not wait([ours], seconds):
-            return f"the {exports.KINDS[what].label} took more than {seconds:g} s and was given up; make the run shorter"
+            return (
+                f"the {exports.KINDS[what].label} took more than {seconds:g} s and was given up; make the run shorter"
+            )
         answer: str | None = ours.recv()
         return answer
     except EOFError:

@@ -28,7 +28,8 @@ COMPUTING, OVER, FAILED = "computing", "over", "failed"
 class Run:
     """One run as the server knows it: every frame so far, and everything else that a page was told.
 
-    log: what pages are told in words, in order. watchers: called when there is something new.
+    log: what pages are told in words, in order. alone: set when its process has ended. watchers: called when there is
+    something new. saved: what waits for a result that is stored on the way.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Run:
     ready: bool = False
     outcome: dict[str, Any] | None = None
     worker: Worker | None = None
+    alone: asyncio.Event = field(default_factory=asyncio.Event)
     watchers: set[Callable[[], None]] = field(default_factory=set)
     saved: dict[str, asyncio.Future[bool]] = field(default_factory=dict)
 
@@ -101,13 +103,22 @@ class Runs:
         holder.append(made)
         return made
 
-    async def start(self, page: str, asked: Asked) -> Run:
-        """Start a run for a page. Raises ConfigurationError where it is refused."""
+    async def start(self, page: str, asked: Asked, instead: object = None) -> Run:
+        """Start a run for a page, instead of one that it names where that is under way.
+
+        Raises ConfigurationError where it is refused. Pages that have gone give way.
+        """
         configuration = asked.configuration()
+        former = self.runs.get(instead) if isinstance(instead, str) else None
+        if former is not None and former.page == page:
+            self._cut_short(former)
+        for gone in [run for run in self.runs.values() if run.page in self._leaving]:
+            self._cut_short(gone)
         computing = [run for run in self.runs.values() if run.state == COMPUTING]
         if len(computing) >= self.most:
             raise ConfigurationError(
-                f"{len(computing)} runs are under way, and the limit is {self.most} (--runs); stop one, or wait for its end"
+                f"{len(computing)} runs are under way, and the limit is {self.most} (--runs); stop one, or wait for its "
+                "end"
             )
         if page not in self._pages:
             raise ConfigurationError("the page is not known; load it again")
@@ -153,7 +164,10 @@ class Runs:
     async def stored(self, run: Run) -> Path:
         """The folder of a run's result, stored as it stands where it is under way."""
         if run.state == OVER:
-            return run.folder / "result"
+            await run.alone.wait()
+            if not (run.folder / worker.RESULT).is_dir():
+                raise ConfigurationError("the result is not there: the run was ended while it was stored")
+            return run.folder / worker.RESULT
         if run.state != COMPUTING or run.worker is None or not run.frames:
             raise ConfigurationError("the run has no result; start it again")
         name = f"result-{secrets.token_hex(4)}"
@@ -181,6 +195,8 @@ class Runs:
 
     def close(self) -> None:
         """End every process."""
+        for task in self._tasks:
+            task.cancel()
         for run in list(self.runs.values()):
             self._drop(run)
         if self._spare is not None:
@@ -197,14 +213,21 @@ class Runs:
         for run in done[: max(0, len(done) - KEPT + 1)]:
             self._drop(run)
 
-    def _drop(self, run: Run) -> None:
-        self.runs.pop(run.name, None)
-        run.state = FAILED
+    def _cut_short(self, run: Run) -> None:
+        """End a run that computes; its pictures stay."""
+        if run.state == COMPUTING:
+            run.state = FAILED
+            run.tell("cut")
         if run.worker is not None:
             run.worker.heard = lambda word, content: None
             run.worker.end()
             run.worker = None
+        run.alone.set()
         self._release(run)
+
+    def _drop(self, run: Run) -> None:
+        self.runs.pop(run.name, None)
+        self._cut_short(run)
         shutil.rmtree(run.folder, ignore_errors=True)
 
     def _release(self, run: Run) -> None:
@@ -243,6 +266,7 @@ class Runs:
 
     def _gone(self, run: Run, code: int | None) -> None:
         run.worker = None
+        run.alone.set()
         self._release(run)
         if run.state == COMPUTING:
             run.state = FAILED

@@ -74,6 +74,8 @@ def server(options: Options, port: int, folder: Path) -> Server:
     """The server for a port; results of runs go to a folder that is its own."""
     known = Secrets()
     runs = Runs(folder, options.runs, options.patience)
+    offered = catalogue()
+    asking.defaults(None, None)  # what the first page asks for is at hand
     files: dict[str, tuple[Path, str]] = {}
     name = f"[{options.host}]" if ":" in options.host else options.host
     hosts = (f"{name}:{port}", *([f"localhost:{port}"] if options.host == LOOPBACK else []))
@@ -114,7 +116,7 @@ def server(options: Options, port: int, folder: Path) -> Server:
         routes=[
             Route("/", page),
             Route("/assets/{name}", asset),
-            Route("/catalogue", lambda request: JSONResponse(catalogue())),
+            Route("/catalogue", lambda request: JSONResponse(offered)),
             Route("/defaults", defaults),
             Route("/files/{handle}", download),
             WebSocketRoute("/talk", talk),

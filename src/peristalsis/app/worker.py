@@ -48,6 +48,8 @@ class Save:
     name: str
 
 
+RESULT = "result"
+"""Name of the folder of a run that is over; it is whole when its process has ended."""
 PAUSE, RESUME, STEP, STOP = "pause", "resume", "step", "stop"
 
 
@@ -140,9 +142,9 @@ class _Run:
         from .outcomes import outcome
 
         result = self.simulation.result()
-        result.save(self.folder / "result")
         rate = seen / seconds if seconds > 0.0 else 0.0
         self.pipe.send(("ended", {**outcome(result), "frames_per_second": round(rate, 1), "stopped": self.over}))
+        result.save(self.folder / RESULT)
 
     @property
     def _waits(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Annotated
 
 import typer
@@ -57,5 +58,6 @@ def _serve(port: int, browser: bool, runs: int, wait: float, host: str, screen: 
 
             webbrowser.open(address)
 
-    serve(Options(host, port, runs, wait), opened)
+    with suppress(KeyboardInterrupt):  # the way to end it, and nothing is lost
+        serve(Options(host, port, runs, wait), opened)
     return 0

@@ -9,7 +9,7 @@ const HEIGHT = 220;
 export function drawChart(canvas, lines, { time, upto, label, least, from }) {
   const { context, width } = fresh(canvas, HEIGHT);
   const rows = legend(context, lines, width);
-  const box = { left: 56, top: 8 + 18 * rows, width: width - 68, height: HEIGHT - 56 - 18 * rows };
+  const box = { left: 66, top: 8 + 18 * rows, width: width - 78, height: HEIGHT - 56 - 18 * rows };
   let [low, high] = from ?? [0, 0];
   const points = lines.map((one) => {
     const { frames } = one.record;
@@ -51,12 +51,12 @@ function stroke(context, points, x, y, colour, dash, wide) {
 
 /** The legend, in as many rows as it takes; returns how many. */
 function legend(context, lines, width) {
-  let [at, row] = [56, 0];
+  let [at, row] = [66, 0];
   context.textAlign = "left";
   context.textBaseline = "middle";
   for (const one of lines.filter((each) => each.label)) {
     const wide = 30 + context.measureText(one.label).width + 14;
-    if (at + wide > width && at > 56) [at, row] = [56, row + 1];
+    if (at + wide > width && at > 66) [at, row] = [66, row + 1];
     const y = 9 + 18 * row;
     context.strokeStyle = one.colour;
     context.setLineDash(one.dash ?? []);

@@ -37,6 +37,11 @@ const ghostOf = (slot) => ($("ghost").checked ? records.get(shown[`ghost${slot.t
 const present = () => SLOTS.filter((slot) => at(slot)?.header && at(slot).frames.length);
 const computing = () => SLOTS.map(at).filter((one) => one?.computing);
 const latest = () => Math.max(0, ...present().map((slot) => at(slot).end));
+/** Where the newest picture is: that of the runs that compute, or the end of the longest one. */
+const newest = () => {
+  const moving = present().filter((slot) => at(slot).computing);
+  return Math.max(0, ...(moving.length ? moving : present()).map((slot) => at(slot).end));
+};
 
 function problem(text) {
   $("problem").hidden = !text;
@@ -70,6 +75,7 @@ function hear(word) {
     case "paused": if (record) record.paused = word.paused; break;
     case "changed": changed(record, word); break;
     case "refused": problem(word.text); break;
+    case "cut": if (record) record.state = "cut"; break;
     case "failed":
       if (record) Object.assign(record, { state: "failed", error: word.text });
       problem(word.text);
@@ -114,8 +120,7 @@ function forget() {
 
 function start(slot) {
   problem(null);
-  if (at(slot)?.computing) order(at(slot), "stop");
-  return link.say("start", { slot, asked: form.asked(slot) });
+  return link.say("start", { slot, asked: form.asked(slot), instead: shown[slot] });
 }
 
 const order = (record, word) => link.say("order", { run: record.name, order: word });
@@ -155,9 +160,8 @@ function play() {
 }
 
 function step(way) {
-  const newest = view.time >= latest() - 1e-6;
   const paused = computing().filter((one) => one.paused);
-  if (way > 0 && newest && paused.length) {
+  if (way > 0 && view.time >= newest() - 1e-6 && paused.length) {
     view.follow = true;
     paused.forEach((one) => order(one, "step"));
     return;
@@ -178,7 +182,6 @@ function begin(settings) {
   }
   const started = form.choose("a").then(() => settings.map((_, k) => start(SLOTS[k])));
   started.catch((error) => problem(error.message));
-  SLOTS.slice(0, settings.length).forEach((slot) => { shown[slot] = null; });
   document.querySelector('input[name="slot"][value="a"]').checked = true;
   labels();
   return true;
@@ -244,6 +247,7 @@ function words(slot) {
   if (!record) return "";
   if (record.state === "preparing") return record.note || "getting ready …";
   if (record.state === "computing") return `${record.paused ? "paused" : "computing"}, ${record.end.toFixed(2)} of at most ${number(record.header.duration)} s`;
+  if (record.state === "cut") return `ended at ${record.end.toFixed(2)} s by another run`;
   if (record.state === "failed") return record.error;
   return record.outcome.stopped ? `stopped at ${record.end.toFixed(2)} s` : record.outcome.words.toLowerCase();
 }
@@ -271,6 +275,8 @@ function labels() {
   }));
 }
 
+let [charted, late] = [0, false]; // when charts were drawn last, and whether they are behind
+
 function draw() {
   const upto = Math.max(0.5, ...present().map((slot) => at(slot).end), ...present().map((slot) => (at(slot).computing ? Math.min(at(slot).header.duration, at(slot).end * 1.25) : 0)));
   for (const slot of present()) {
@@ -286,6 +292,10 @@ function draw() {
       panes[slot].rows = record.frames.length;
     }
   }
+  const now = performance.now();
+  const moving = view.playing || computing().some((one) => !one.paused);
+  if (moving && now - charted < 150) { late = true; return; } // the tube moves smoothly, charts a little less
+  [charted, late] = [now, false];
   const options = { time: view.time, upto };
   drawChart($("track"), tracks(), { ...options, label: "position (cm)", least: 1 });
   drawChart($("force"), forces(), { ...options, label: "force (mN)", least: 10 });
@@ -359,12 +369,13 @@ function tick(now) {
     if (view.time >= latest()) view.playing = false;
     view.dirty = true;
   }
-  if (view.follow) view.time = latest();
+  if (view.follow) view.time = newest();
   if (now - second >= 1000) {
     const moving = computing().some((one) => !one.paused) || view.playing;
     $("rate").textContent = moving ? `${Math.round((counted * 1000) / (now - second))} pictures a second` : "";
     [second, counted] = [now, 0];
   }
+  if (late && now - charted > 150) view.dirty = true;
   if (!view.dirty) return;
   view.dirty = false;
   arrange();
@@ -434,13 +445,14 @@ function wire() {
 }
 
 async function main() {
+  $("more").open = !window.matchMedia("(max-width: 56rem)").matches; // the picture comes first on a telephone
   const preferred = window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
   colours(localStorage.getItem("peristalsis-theme") ?? preferred);
   const catalogue = await (await fetch("/catalogue")).json();
   form = new Form(catalogue, edited);
   lessons = new Lessons(catalogue.lessons, begin, (lesson, runs) => link.say("judge", { lesson, runs }));
-  await form.load();
   wire();
+  await form.load();
   for (const [slot, name] of Object.entries(shown)) if (name) records.set(name, new Record(name, slot.slice(-1).toLowerCase()));
   link = new Link(document.querySelector('meta[name="token"]').content, page, { on: hear, frames, up: (stands) => {
     up = stands;
@@ -453,6 +465,7 @@ async function main() {
     }
   } });
   requestAnimationFrame(tick);
+  document.documentElement.dataset.ready = "yes";
 }
 
 main().catch((error) => problem(error.message));

@@ -15,9 +15,9 @@ export class DiameterMap {
     this.done = 0;
   }
 
-  /** Colour limits [cm]: from closed to a little wider than the pellet. */
-  limits(record) {
-    return [0, 2.2 * Math.max(record.header.pellet_radius, record.header.tube_radius)];
+  /** Colour limits [cm]: from nearly closed to a little wider than the pellet. */
+  limits({ header: { pellet_radius: pellet, tube_radius: tube } }) {
+    return [0.5 * tube, 2.2 * Math.max(pellet, tube)];
   }
 
   grow(record) {
@@ -103,9 +103,9 @@ export class DiameterMap {
     context.fillStyle = theme("soft");
     context.textBaseline = "top";
     context.textAlign = "left";
-    context.fillText(number(low), box.left, top + 14);
+    context.fillText(`≤ ${number(low)}`, box.left, top + 14);
     context.textAlign = "right";
-    context.fillText(number(high), box.left + wide, top + 14);
+    context.fillText(`≥ ${number(high)}`, box.left + wide, top + 14);
     context.textAlign = "left";
     context.textBaseline = "middle";
     context.fillText("diameter (cm)", box.left + wide + 10, top + 5);
