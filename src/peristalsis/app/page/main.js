@@ -26,7 +26,7 @@ const shown = { a: kept.a ?? null, b: kept.b ?? null, ghostA: kept.ghostA ?? nul
 const view = { time: 0, follow: true, playing: false, at: 0, dirty: true };
 /** What tests and the measurement read: pictures drawn, frames received, lags from a slider to its picture [ms]. */
 const stats = { drawn: 0, received: 0, lags: [] };
-window.peristalsis = { stats, records, shown };
+window.peristalsis = { stats, records, shown, hear };
 const panes = {};
 let [form, lessons, link, changes, up] = [null, null, null, 0, false];
 
