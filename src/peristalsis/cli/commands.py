@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from .app_command import app_
 from .bench_command import bench
 from .cell_command import app as cell_app
 from .dose_command import dose_response_
@@ -357,6 +358,7 @@ def warm_up_(
 app.add_typer(cell_app)
 app.command("dose-response", epilog=epilog("dose-response"))(dose_response_)
 app.command("bench", epilog=epilog("bench"))(bench)
+app.command("app", epilog=epilog("app"))(app_)
 app.command("map", epilog=epilog("map"))(map_)
 app.command("paper", epilog=epilog("paper"))(paper)
 for command, declared in STUDIES.items():

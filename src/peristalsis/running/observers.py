@@ -89,6 +89,10 @@ class ScalarRecorder:
         )
         self.absolute_work += abs(work.active) + abs(work.gas)
 
+    def latest(self) -> dict[str, float]:
+        """Name to the value after the last step."""
+        return dict(zip(self.names, self.rows[-1], strict=True))
+
     def columns(self) -> dict[str, Floats]:
         """Name to values, shape (n_steps + 1,)."""
         table = np.array(self.rows, dtype=np.float64)

@@ -166,6 +166,10 @@ class Simulation:
         )
         self._recorders.events.note(self.time, "input_changed", math.nan, words)
 
+    def latest(self) -> dict[str, float]:
+        """What is recorded of every step, as of the last one: numbers by name (`names.SCALARS`), each in its unit."""
+        return self._recorders.scalars.latest()
+
     def events(self) -> tuple[Event, ...]:
         """What happened so far, in the order of time."""
         return tuple(sorted(self._recorders.events.events, key=lambda event: event.time))
