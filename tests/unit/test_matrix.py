@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from unit.tools import tool
+from unit.programs import tool
 
 ROOT = Path(__file__).parents[2]
 

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from unit.tools import tool
+from unit.programs import tool
 
 ROOT = Path(__file__).parents[2]
 
