@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from .errors import PeristalsisError
     from .inputs.config import Configuration
     from .many.batch import batch
+    from .many.studies.cohort import cohort
+    from .many.studies.sensitivity import sensitivity
     from .many.studies.stall_map import stall_map
     from .many.studies.sweep import sweep
     from .names import Output
@@ -36,12 +38,14 @@ __all__ = [
     "Simulation",
     "__version__",
     "batch",
+    "cohort",
     "configuration",
     "load",
     "number",
     "register",
     "run",
     "scenario_names",
+    "sensitivity",
     "stall_map",
     "sweep",
 ]
@@ -54,12 +58,14 @@ _HOMES = {
     "Scenario": ("scenarios", "Scenario"),
     "Simulation": ("running.simulation", "Simulation"),
     "batch": ("many.batch", "batch"),
+    "cohort": ("many.studies.cohort", "cohort"),
     "configuration": ("scenarios", "configuration"),
     "load": ("results.result", "load"),
     "number": ("declared", "number"),
     "register": ("plugins", "register"),
     "run": ("running.runner", "run"),
     "scenario_names": ("scenarios", "names"),
+    "sensitivity": ("many.studies.sensitivity", "sensitivity"),
     "stall_map": ("many.studies.stall_map", "stall_map"),
     "sweep": ("many.studies.sweep", "sweep"),
 }
