@@ -1,4 +1,4 @@
-"""Runs handed to a Dask scheduler with two workers of its own, on this machine: the same table, lost workers survived."""
+"""Runs handed to a Dask scheduler with two workers, on this machine: the same table, lost workers survived."""
 
 from __future__ import annotations
 
