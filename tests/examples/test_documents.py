@@ -47,6 +47,7 @@ FEW_COLUMNS = 8
 FEW_FIGURES = ("diameter_map", "track")
 
 LONG = {
+    "cohort": "runs some hundred members; tests/unit/test_cohort.py",
     "sensitivity": "needs pellets that arrive; tests/unit/test_indices.py",
     "paper": "runs every experiment; tests/unit/test_paper_report.py",
 }
