@@ -245,7 +245,7 @@ def distributions(found: Cohort) -> Canvas:
     left.set_xlabel("transit time (s)")
     left.set_ylabel("share of members that expelled")
     left.grid(alpha=0.25)
-    left.legend()
+    left.legend(loc="lower right")
     for axes in rest:
         before = found.transits[found.shifts[0].name]
         named = [name for name in found.transits if name != found.shifts[0].name]
