@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from .inputs.config import Configuration
     from .many.batch import batch
     from .many.dose_response import dose_response
+    from .many.studies.cohort import cohort
+    from .many.studies.sensitivity import sensitivity
     from .many.studies.stall_map import stall_map
     from .many.studies.sweep import sweep
     from .names import Output
@@ -37,6 +39,7 @@ __all__ = [
     "Simulation",
     "__version__",
     "batch",
+    "cohort",
     "configuration",
     "dose_response",
     "load",
@@ -44,6 +47,7 @@ __all__ = [
     "register",
     "run",
     "scenario_names",
+    "sensitivity",
     "stall_map",
     "sweep",
 ]
@@ -56,6 +60,7 @@ _HOMES = {
     "Scenario": ("scenarios", "Scenario"),
     "Simulation": ("running.simulation", "Simulation"),
     "batch": ("many.batch", "batch"),
+    "cohort": ("many.studies.cohort", "cohort"),
     "configuration": ("scenarios", "configuration"),
     "dose_response": ("many.dose_response", "dose_response"),
     "load": ("results.result", "load"),
@@ -63,6 +68,7 @@ _HOMES = {
     "register": ("plugins", "register"),
     "run": ("running.runner", "run"),
     "scenario_names": ("scenarios", "names"),
+    "sensitivity": ("many.studies.sensitivity", "sensitivity"),
     "stall_map": ("many.studies.stall_map", "stall_map"),
     "sweep": ("many.studies.sweep", "sweep"),
 }

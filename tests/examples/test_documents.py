@@ -26,6 +26,7 @@ from peristalsis import names, plugins, scenarios
 from peristalsis.cli.dispatch import dispatch
 from peristalsis.inputs.config import Configuration
 from peristalsis.many.plan import read_plan
+from peristalsis.many.studies.study import read_study
 from peristalsis.plots.scene import problem
 
 ROOT = Path(__file__).parents[2]
@@ -46,6 +47,8 @@ FEW_COLUMNS = 8
 FEW_FIGURES = ("diameter_map", "track")
 
 LONG = {
+    "cohort": "runs some hundred members; tests/unit/test_cohort.py",
+    "sensitivity": "needs pellets that arrive; tests/unit/test_indices.py",
     "paper": "runs every experiment; tests/unit/test_paper_report.py",
 }
 """Commands that are parsed and not carried out here, and where they are."""
@@ -181,7 +184,9 @@ def read(text: str, folder: Path) -> None:
     file = folder / (named[1] if named else "example.toml")
     file.write_text(text, encoding="utf-8")
     tables = tomllib.loads(text)
-    if {"points", "changes"} & tables.keys() or any("." in key for key in tables.get("grid", {})):
+    if "parameters" in tables:
+        assert all(point.configuration is not None for point in read_study(file, ("map",)).points([{}]))
+    elif {"points", "changes"} & tables.keys() or any("." in key for key in tables.get("grid", {})):
         assert all(point.configuration is not None for point in read_plan(file).points)
     else:
         assert dispatch(["validate", str(file)]) == 0

@@ -22,6 +22,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "peristalsis sweep examples/friction_study.toml --scheduler tcp://127.0.0.1:8786",
     ),
     "stall-map": ("peristalsis stall-map examples/stall_map.toml --workers 2",),
+    "sensitivity": (
+        "peristalsis sensitivity examples/sensitivity.toml --workers 2",
+        "peristalsis sensitivity examples/sensitivity.toml --method pawn",
+    ),
+    "cohort": ("peristalsis cohort examples/cohort.toml --workers 2",),
     "kept": ("peristalsis kept", "peristalsis kept out/kept --clean stale", "peristalsis kept out/kept --clean all"),
 }
 """Examples of the help texts, by command."""
@@ -133,6 +138,50 @@ def stall_map(
     return Job(lambda screen: carry_out(order, screen))
 
 
+def sensitivity(
+    file: File,
+    method: Annotated[
+        str | None,
+        typer.Option("--method", metavar="sobol|morris|pawn", help="That of the file unless given, else sobol."),
+    ] = None,
+    out: Out = None,
+    workers: Workers = 1,
+    scheduler: Scheduler = None,
+    kept: Kept = None,
+    no_plots: NoPlots = False,
+    as_json: Json = False,
+) -> Job:
+    """Rank parameters by what they do to each output.
+
+    Sobol' indices with bands, elementary effects (Morris), or PAWN, which is defined where pellets stall too. The cost
+    is said before. DIR/indices.csv has every index with its band and the rank.
+    """
+    from .studying import sensitivity as carry_out
+
+    order = StudyOrder(file, out, workers_of(workers, scheduler), kept, plots=not no_plots)
+    return Job(lambda screen: carry_out(order, method, screen))
+
+
+def cohort(
+    file: Annotated[str, typer.Argument(metavar="COHORT.toml", help="Distributions, rules, interventions.")],
+    out: Out = None,
+    workers: Workers = 1,
+    scheduler: Scheduler = None,
+    kept: Kept = None,
+    no_plots: NoPlots = False,
+    as_json: Json = False,
+) -> Job:
+    """Run a cohort: a population of members, and what interventions shift in it.
+
+    Members are drawn from distributions and kept if they pass the stated rules. DIR/shifts.csv has, for each
+    intervention, who expels the pellet, and how transit shifts, member by member. A research model, not medical advice.
+    """
+    from .studying import cohort as carry_out
+
+    order = StudyOrder(file, out, workers_of(workers, scheduler), kept, plots=not no_plots)
+    return Job(lambda screen: carry_out(order, screen))
+
+
 def kept(
     folder: Annotated[str, typer.Argument(metavar="[DIR]", help="Folder of kept runs.")] = "out/kept",
     clean: Annotated[
@@ -149,5 +198,12 @@ def kept(
     return Job(lambda screen: carry_out(folder, clean, screen))
 
 
-COMMANDS: dict[str, Callable[..., Job]] = {"batch": batch, "sweep": sweep, "stall-map": stall_map, "kept": kept}
+COMMANDS: dict[str, Callable[..., Job]] = {
+    "batch": batch,
+    "sweep": sweep,
+    "stall-map": stall_map,
+    "sensitivity": sensitivity,
+    "cohort": cohort,
+    "kept": kept,
+}
 """The commands by name."""

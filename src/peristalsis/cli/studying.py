@@ -123,6 +123,69 @@ def stall_map(order: StudyOrder, screen: Screen) -> int:
     return ended(found.table, screen)
 
 
+def sensitivity(order: StudyOrder, method: str | None, screen: Screen) -> int:
+    """Carry out a sensitivity; the exit code."""
+    from ..many.studies.pictures import draw_sensitivity
+    from ..many.studies.sensitivity import INDICES, cost_words, method_of, read_sensitivity
+    from ..many.studies.sensitivity import sensitivity as carry_out
+
+    begin = time.monotonic()
+    target = target_of(order, screen)
+    study = read_sensitivity(located(order.file))
+    screen.line(cost_words(study, method_of(study, method)))
+    found = carry_out(
+        study,
+        target,
+        method=method,
+        workers=order.workers,
+        kept=order.kept,
+        progress=Progress(screen),
+        say=screen.warn,
+    )
+    pictures = drawn(order, lambda: draw_sensitivity(found, target))
+    for output in study.outputs:
+        rows = [(one.variable, f"{one.value:.3g}", f"{one.low:.3g} to {one.high:.3g}") for one in found.ranked(output)]
+        screen.table(("parameter", found.ranks, "band of 95 %"), rows, output)
+    ranks = {output: {one.variable: one.value for one in found.ranked(output)} for output in study.outputs}
+    _answer(found.table, target / INDICES, pictures, begin, screen, {"method": found.method, "ranks": ranks})
+    return ended(found.table, screen)
+
+
+def cohort(order: StudyOrder, screen: Screen) -> int:
+    """Carry out a cohort; the exit code."""
+    from ..many.studies.cohort import SHIFTS
+    from ..many.studies.cohort import cohort as carry_out
+    from ..many.studies.pictures import draw_cohort
+
+    begin = time.monotonic()
+    target = target_of(order, screen)
+    found = carry_out(
+        located(order.file),
+        target,
+        workers=order.workers,
+        kept=order.kept,
+        progress=Progress(screen),
+        say=screen.warn,
+    )
+    pictures = drawn(order, lambda: draw_cohort(found, target))
+    rows = [
+        (
+            one.name,
+            *map(str, found.classes(one.name).values()),
+            "" if one.median is None else f"{one.median:.3g} s",
+            ""
+            if one.shift is None or one.band is None
+            else f"{one.shift:.3g} ({one.band[0]:.3g} to {one.band[1]:.3g}) s",
+        )
+        for one in found.shifts
+    ]
+    screen.table(("", "normal", "slow", "not expelled", "median transit", "median shift (95 %)"), rows)
+    screen.say(f"{found.accepted} of {len(found.table)} members pass the rules. A research model, not medical advice.")
+    more = {"accepted": found.accepted, "classes": {one.name: found.classes(one.name) for one in found.shifts}}
+    _answer(found.table, target / SHIFTS, pictures, begin, screen, more)
+    return 0
+
+
 def _answer(
     table: Table, written: Path, pictures: list[str], begin: float, screen: Screen, more: dict[str, Any] | None = None
 ) -> None:

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from ...plots import style
 from ...plots.placing import whole_in_folder
+from .cohort import Cohort
 from .outputs import LABELS
+from .sensitivity import Sensitivity
 from .stall_map import StallMap
 from .table import CLOCK, WITHOUT_RESULT, Table
 from .variables import Variable
@@ -184,6 +186,80 @@ def class_map(found: StallMap) -> Canvas:
     handles = [Patch(color=colour, alpha=0.55, label=name) for colour, name in zip(colours, names, strict=True)]
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(names), 5))
     return figure
+
+
+def bars(found: Sensitivity) -> Canvas:
+    """The ranking index of every parameter with its band, the largest on top, for every output."""
+    outputs = list(found.indices)[:MOST_PANELS]
+    count = len(found.table.study.variables)
+    columns = min(len(outputs), 2)
+    rows = -(-len(outputs) // columns)
+    title = f"Sensitivity, {found.method}: {found.ranks}, {len(found.table)} runs, bands of 95 %"
+    figure = canvas(style.WIDTH, 0.7 + rows * (0.9 + 0.28 * count), title)
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes in panels[len(outputs) :]:
+        axes.set_axis_off()
+    for axes, output in zip(panels, outputs, strict=False):
+        ranked = found.ranked(output)
+        names = [one.variable for one in ranked]
+        first = {one.variable: one.value for one in found.indices[output] if one.name == "first"}
+        axes.barh(names, [one.value for one in ranked], color=style.SKY, height=0.6)
+        below = [max(one.value - one.low, 0.0) for one in ranked]
+        above = [max(one.high - one.value, 0.0) for one in ranked]
+        axes.errorbar(
+            [one.value for one in ranked], names, xerr=[below, above], fmt="none", color=style.BLACK, capsize=3
+        )
+        if first:
+            axes.plot([first[name] for name in names], names, "D", color=style.VERMILION, markersize=4, label="alone")
+            axes.legend()
+        axes.invert_yaxis()
+        axes.set_xlabel(found.ranks)
+        axes.set_title(LABELS.get(output, output))
+    return figure
+
+
+def draw_sensitivity(found: Sensitivity, folder: Path) -> list[Path]:
+    """Draw the bars of a sensitivity into a folder; the file. Raises WriteError."""
+    return save({"sensitivity": lambda: bars(found)}, folder)
+
+
+def distributions(found: Cohort) -> Canvas:
+    """Share of the accepted members that have expelled the pellet by a time, and shifts member by member."""
+    count = len(found.shifts) - 1
+    title = f"{found.accepted} members of {len(found.table)} drawn; a research model, not medical advice"
+    figure = canvas(style.WIDTH, 3.6, title)
+    left, *rest = figure.subplots(1, 2 if count else 1, squeeze=False)[0]
+    last = max((float(np.nanmax(one)) for one in found.transits.values() if np.isfinite(one).any()), default=1.0)
+    for k, (name, times_) in enumerate(found.transits.items()):
+        there = np.sort(times_[np.isfinite(times_)])
+        shares = np.arange(1, there.size + 1) / times_.size
+        steps = (np.concatenate([[0.0], there, [1.05 * last]]), np.concatenate([[0.0], shares, shares[-1:]]))
+        if there.size:
+            left.step(*steps, where="post", color=COLOURS[k % len(COLOURS)], label=f"{name}: {there.size} expelled")
+        else:
+            left.plot([], [], color=COLOURS[k % len(COLOURS)], label=f"{name}: none expelled")
+    if found.slow is not None:
+        left.axvline(found.slow, color=style.GREY, linestyle=":", label="slow beyond")
+    left.set_xlim(0.0, 1.05 * last)
+    left.set_ylim(0.0, 1.02)
+    left.set_xlabel("transit time (s)")
+    left.set_ylabel("share of members that expelled")
+    left.grid(alpha=0.25)
+    left.legend(loc="lower right")
+    for axes in rest:
+        before = found.transits[found.shifts[0].name]
+        named = [name for name in found.transits if name != found.shifts[0].name]
+        moved = [(found.transits[name] - before)[np.isfinite(found.transits[name] - before)] for name in named]
+        axes.axvline(0.0, color=style.GREY, linewidth=0.8)
+        axes.boxplot(moved, orientation="horizontal", tick_labels=named, widths=0.5, showfliers=True)
+        axes.set_xlabel("shift of transit, member by member (s)")
+        axes.invert_yaxis()
+    return figure
+
+
+def draw_cohort(found: Cohort, folder: Path) -> list[Path]:
+    """Draw transits and shifts of a cohort into a folder; the file. Raises WriteError."""
+    return save({"cohort": lambda: distributions(found)}, folder)
 
 
 def _edges(variable: Variable, axis: Floats) -> Floats:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -20,7 +18,7 @@ from .boundary import Node, Refined, refine, spacing_of
 from .runs import Runs, kept_beside
 from .study import Study, located_study
 from .sweep import differences, in_folder
-from .table import Table
+from .table import Table, csv_of
 
 NODES, BOUNDARY = "map.csv", "boundary.csv"
 TABLE = "map"
@@ -69,16 +67,16 @@ class StallMap:
     def nodes_csv(self) -> bytes:
         """Every node: both values, the class, and whether it was run or lies inside an area of one class."""
         rows = [
-            (repr(x), repr(y), self.refined.classes[i][j], "run" if (i, j) in self.refined.evaluated else "inside")
+            (x, y, self.refined.classes[i][j], "run" if (i, j) in self.refined.evaluated else "inside")
             for i, x in enumerate(self.levels[0])
             for j, y in enumerate(self.levels[1])
         ]
-        return _csv([*(one.label for one in self._two), "class", "known by"], rows)
+        return csv_of([*(one.label for one in self._two), "class", "known by"], iter(rows))
 
     def boundary_csv(self) -> bytes:
         """Points of the boundaries: both values, and the classes on either side."""
-        rows = [(repr(x), repr(y), one, two) for x, y, one, two in self.boundary()]
-        return _csv([*(one.label for one in self._two), "class", "other class"], rows)
+        rows = [(x, y, one, two) for x, y, one, two in self.boundary()]
+        return csv_of([*(one.label for one in self._two), "class", "other class"], iter(rows))
 
 
 def stall_map(
@@ -153,11 +151,3 @@ def _map_of(study: Study) -> tuple[str, int, int]:
             "or so, such as nodes = 33 and coarse = 9"
         ) from None
     return name, fine, coarse
-
-
-def _csv(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> bytes:
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(rows)
-    return text.getvalue().encode("utf-8")

@@ -76,11 +76,11 @@ class Table:
 
     def csv(self) -> bytes:
         """The table for a spreadsheet: the same whatever the workers."""
-        return _csv(self.columns, self.records())
+        return csv_of(self.columns, self.records())
 
     def times(self) -> bytes:
         """Seconds in the solver of every point, as CSV; they differ from machine to machine."""
-        return _csv(("point", CLOCK), ((place, row.summary.get(CLOCK)) for place, row in enumerate(self.rows, 1)))
+        return csv_of(("point", CLOCK), ((place, row.summary.get(CLOCK)) for place, row in enumerate(self.rows, 1)))
 
     def write(self, folder: Path, parquet: bool = False) -> Path:
         """Write table and times, and the Parquet table if asked; the table's path. Raises WriteError."""
@@ -128,7 +128,8 @@ def _column(cells: Sequence[Any]) -> list[Any]:
     return [None if cell is None else str(cell) for cell in cells]
 
 
-def _csv(columns: Sequence[str], rows: Iterator[tuple[Any, ...]]) -> bytes:
+def csv_of(columns: Sequence[str], rows: Iterator[tuple[Any, ...]]) -> bytes:
+    """A table for a spreadsheet: numbers in full, texts that are no formulas, empty cells for None."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
