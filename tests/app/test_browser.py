@@ -341,7 +341,7 @@ def test_words_of_the_server_are_text(visit: Callable[..., Visit]) -> None:
     assert len(PAYLOADS) == 50
     own = visit()
     page = own.open(QUICK)
-    page.evaluate("window.hacked = () => { window.was = true }")
+    page.evaluate("void (window.hacked = () => { window.was = true })")
     page.click("#run")
     own.state("a", "over")
     for text in PAYLOADS:
@@ -393,7 +393,8 @@ def test_another_page_gets_nothing(visit: Callable[..., Visit], live: Live, brow
                   chat.onopen = () => done("open"); chat.onerror = () => done("refused"); }));
                 await say("script", () => new Promise((done) => {
                   const made = document.createElement("script"); made.src = `http://${own}/assets/main.js`;
-                  made.onload = () => done("loaded"); made.onerror = () => done("refused"); document.body.append(made); }));
+                  made.onload = () => done("loaded"); made.onerror = () => done("refused");
+                  document.body.append(made); }));
                 return tried; }""",
                 [live.host, live.token],
             )
@@ -413,6 +414,6 @@ def test_no_network_is_needed(visit: Callable[..., Visit]) -> None:
     own.until("document.getElementById('words').textContent.startsWith('import peristalsis as ps')")
     page.click("#toml")
     own.until("document.getElementById('words').textContent.includes('[grid]')")
-    with page.expect_download() as waiting:
+    with page.expect_download(timeout=180_000) as waiting:
         page.click("[data-file=figure]")
     assert Path(waiting.value.path()).read_bytes().startswith(b"\x89PNG")

@@ -47,6 +47,7 @@ FEW_FIGURES = ("diameter_map", "track")
 
 LONG = {
     "paper": "runs every experiment; tests/unit/test_paper_report.py",
+    "app": "serves until it is ended; tests/app",
 }
 """Commands that are parsed and not carried out here, and where they are."""
 BESIDE = {"verification": verification.command.app, "benchmarks": benchmarks.command.app}

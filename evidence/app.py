@@ -1,0 +1,139 @@
+"""What the app costs on this machine: first picture, pictures a second, lag of a slider, memory after thirty runs.
+
+    python evidence/app.py [--runs 30] [--pictures FOLDER]
+
+Needs the extras `app` and `browser` and the system's Chromium. Prints a table; with --pictures, the page at three sizes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import sync_playwright
+
+SIZES = {"telephone": (360, 780), "desk": (1440, 900), "projector": (1920, 1080)}
+STATE = "window.peristalsis.records.get(window.peristalsis.shown.{slot})?.state"
+
+
+def until(page: Any, script: str, seconds: float = 300.0) -> None:
+    """Wait until a script on the page is true; asked from outside, for the page's policy lets none be made in it."""
+    end = time.monotonic() + seconds
+    while not page.evaluate(script):
+        if time.monotonic() > end:
+            raise SystemExit(f"{script} never came: {page.inner_text('#status')} {page.inner_text('#problem')}")
+        page.wait_for_timeout(20)
+
+
+def memory(process: int) -> tuple[float, int]:
+    """Resident memory [MB] of a process and of all that it started, and how many these are."""
+    status = Path(f"/proc/{process}/status").read_text(encoding="ascii")
+    found = re.search(r"VmRSS:\s+(\d+)", status)
+    own, count = (int(found[1]) / 1024.0 if found else 0.0), 1
+    for thread in Path(f"/proc/{process}/task").iterdir():
+        for child in thread.joinpath("children").read_text(encoding="ascii").split():
+            more, others = memory(int(child))
+            own, count = own + more, count + others
+    return own, count
+
+
+def opened(browser: Any, address: str, width: int, height: int, **options: Any) -> Any:
+    """The page, ready to be used."""
+    page = browser.new_context(viewport={"width": width, "height": height}, **options).new_page()
+    page.goto(address)
+    page.wait_for_selector("html[data-ready]")
+    return page
+
+
+def live(page: Any, both: bool) -> tuple[float, float]:
+    """Pictures drawn and frames received a second, while one run or two compute."""
+    page.click("#run-both" if both else "#run")
+    for slot in "ab" if both else "a":
+        until(page, f"{STATE.format(slot=slot)} === 'computing'")
+    before, begin = page.evaluate("({ ...window.peristalsis.stats })"), time.perf_counter()
+    until(page, f"{STATE.format(slot='a')} !== 'computing'")
+    after, seconds = page.evaluate("({ ...window.peristalsis.stats })"), time.perf_counter() - begin
+    if both:
+        until(page, f"{STATE.format(slot='b')} !== 'computing'")
+    return tuple((after[key] - before[key]) / seconds for key in ("drawn", "received"))  # type: ignore[return-value]
+
+
+def lags(page: Any, moves: int) -> list[float]:
+    """Milliseconds from a slider's event to the first picture of a time after its change."""
+    page.click("#run")
+    until(page, f"{STATE.format(slot='a')} === 'computing'")
+    page.focus("#control-circular_force")
+    for k in range(moves):
+        page.keyboard.press("ArrowRight" if k % 2 else "ArrowLeft")
+        until(page, f"window.peristalsis.stats.lags.length > {k}")
+    found: list[float] = page.evaluate("window.peristalsis.stats.lags")
+    page.click("#stop")
+    until(page, f"{STATE.format(slot='a')} === 'over'")
+    return found
+
+
+def main() -> None:
+    """Measure and print."""
+    asked = argparse.ArgumentParser(description=__doc__)
+    asked.add_argument("--runs", type=int, default=30)
+    asked.add_argument("--pictures", type=Path)
+    options = asked.parse_args()
+    program = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if program is None:
+        raise SystemExit("no Chromium is installed: apt-get install chromium")
+    begin = time.perf_counter()
+    words = [sys.executable, "-m", "peristalsis", "app", "--port", "0", "--no-browser"]
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1", "OMP_NUM_THREADS": "1"}
+    server = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment)
+    assert server.stdout is not None
+    address = server.stdout.readline().split()[-1]
+    print(f"load of the machine at the start: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    print(f"address printed after              {time.perf_counter() - begin:6.1f} s")
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        page = opened(browser, address, 1440, 900)
+        print(f"page ready after                   {time.perf_counter() - begin:6.1f} s")
+        page.click("#run")
+        pressed = time.perf_counter()
+        until(page, "window.peristalsis.stats.drawn > 1")
+        print(f"first live picture after           {time.perf_counter() - begin:6.1f} s")
+        print(f"  of which after pressing Run      {time.perf_counter() - pressed:6.1f} s")
+        until(page, f"{STATE.format(slot='a')} === 'over'")
+        for both in (False, True):
+            drawn, received = live(page, both)
+            print(f"{'two runs' if both else 'one run '}: pictures, frames a second {drawn:5.1f}, {received:5.1f}")
+        page = opened(browser, f"{address}#a.s.pacemaker=off&a.s.receptors=off&a.v.duration=60", 1440, 900)
+        found = sorted(lags(page, 25))
+        print(f"lag of a slider [ms]: median {statistics.median(found):.0f}, nine in ten below {found[22]:.0f}")
+        page = opened(browser, f"{address}#a.grid=quick&a.v.duration=2", 1440, 900)
+        print(f"memory before: {memory(server.pid)[0]:.0f} MB in {memory(server.pid)[1]} processes")
+        for k in range(options.runs):
+            name = page.evaluate("window.peristalsis.shown.a")
+            page.click("#run")
+            until(page, f"window.peristalsis.shown.a !== {name!r} && {STATE.format(slot='a')} === 'over'")
+            if k % 10 == 9:
+                page.wait_for_timeout(3000)
+                print(f"after {k + 1} runs: {memory(server.pid)[0]:.0f} MB in {memory(server.pid)[1]} processes")
+        if options.pictures:
+            options.pictures.mkdir(parents=True, exist_ok=True)
+            for name, (width, height) in SIZES.items():
+                page = opened(browser, address, width, height, color_scheme="dark" if name == "projector" else "light")
+                page.click("#run")
+                until(page, f"{STATE.format(slot='a')} === 'over'")
+                page.wait_for_timeout(300)
+                page.screenshot(path=options.pictures / f"{name}.png", full_page=name != "projector")
+        browser.close()
+    server.terminate()
+    server.wait(30)
+
+
+if __name__ == "__main__":
+    main()
