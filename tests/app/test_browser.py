@@ -52,6 +52,10 @@ class Visit:
         page.on("websocket", lambda chat: self._asked(chat))
         return page
 
+    def _said(self, said: Any) -> None:
+        if said.type in ("error", "warning"):
+            self.complaints.append(said.text)
+
     def _asked(self, request: Any) -> None:
         if not request.url.startswith((f"http://{self.live.host}/", f"ws://{self.live.host}/", "blob:", "data:")):
             self.elsewhere.append(request.url)
@@ -384,12 +388,16 @@ def test_another_page_gets_nothing(visit: Callable[..., Visit], live: Live, brow
             found = page.evaluate(
                 """async ([own, token]) => {
                 const tried = {};
-                const say = async (name, call) => { try { tried[name] = await call(); } catch { tried[name] = "refused"; } };
-                await say("fetch", async () => (await fetch(`http://${own}/catalogue`, { credentials: "include" })).status);
-                await say("post", async () => (await fetch(`http://${own}/`, { method: "POST", body: "x" })).status);
+                const say = async (name, call) => {
+                  try { tried[name] = await call(); } catch { tried[name] = "refused"; } };
+                const all = { credentials: "include" };
+                await say("fetch", async () => (await fetch(`http://${own}/catalogue`, all)).status);
+                const post = { method: "POST", body: "x" };
+                await say("post", async () => (await fetch(`http://${own}/`, post)).status);
                 await say("blind", async () => (await fetch(`http://${own}/catalogue`, { mode: "no-cors" })).type);
                 await say("socket", () => new Promise((done) => {
-                  const chat = new WebSocket(`ws://${own}/talk?page=page-of-the-tests-1`, ["peristalsis.1", `token.${token}`]);
+                  const words = ["peristalsis.1", `token.${token}`];
+                  const chat = new WebSocket(`ws://${own}/talk?page=page-of-the-tests-1`, words);
                   chat.onopen = () => done("open"); chat.onerror = () => done("refused"); }));
                 await say("script", () => new Promise((done) => {
                   const made = document.createElement("script"); made.src = `http://${own}/assets/main.js`;

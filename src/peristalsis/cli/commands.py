@@ -32,9 +32,7 @@ MaybeName = Annotated[
 ]
 Reading = Annotated[
     str | None,
-    typer.Option(
-        "--reading", metavar="R", help="Reading of the paper's doubtful numbers: tight, stretched or printed."
-    ),
+    typer.Option("--reading", metavar="R", help="Reading of the paper's numbers: tight, stretched or printed."),
 ]
 Settings = Annotated[
     list[str] | None,
@@ -389,9 +387,8 @@ def warm_up_(
 
 
 app.add_typer(cell_app)
-app.command("app", epilog=epilog("app"))(app_)
-app.command("map", epilog=epilog("map"))(map_)
-app.command("paper", epilog=epilog("paper"))(paper)
+for name, command in (("app", app_), ("map", map_), ("paper", paper)):
+    app.command(name, epilog=epilog(name))(command)
 
 
 @app.command("version", epilog=epilog("version"))

@@ -24,8 +24,8 @@ const page = kept.page ?? crypto.randomUUID();
 const records = new Map();
 const shown = { a: kept.a ?? null, b: kept.b ?? null, ghostA: kept.ghostA ?? null, ghostB: kept.ghostB ?? null };
 const view = { time: 0, follow: true, playing: false, at: 0, dirty: true };
-/** What tests and the measurement read: pictures drawn, frames received, lags from a slider to its picture [ms]. */
-const stats = { drawn: 0, received: 0, lags: [] };
+/** What tests and the measurement read: pictures drawn and what that took [ms], frames received, lags from a slider to its picture [ms]. */
+const stats = { drawn: 0, received: 0, lags: [], spent: 0 };
 window.peristalsis = { stats, records, shown, hear };
 const panes = {};
 let [form, lessons, link, changes, up] = [null, null, null, 0, false];
@@ -386,7 +386,9 @@ function tick(now) {
   $("scrub").setAttribute("aria-valuetext", `${view.time.toFixed(2)} seconds of ${end.toFixed(2)}`);
   $("clock").textContent = `${view.time.toFixed(2)} s`;
   if (!present().length) return;
+  const begun = performance.now();
   draw();
+  stats.spent += performance.now() - begun;
   counted += 1;
   stats.drawn += 1;
   for (const one of waiting.splice(0)) {
