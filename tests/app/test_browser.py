@@ -81,7 +81,7 @@ class Visit:
     def state(self, slot: str, state: str, page: Any = None) -> None:
         self.until(
             "(() => { const { records, shown } = window.peristalsis;"
-            f" return records.get(shown.{slot})?.state === '{state}' && records.get(shown.{slot}).frames.length > 0 }})()",
+            f" const run = records.get(shown.{slot}); return run?.state === '{state}' && run.frames.length > 0 }})()",
             page,
         )
 
