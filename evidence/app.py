@@ -1,6 +1,6 @@
 """What the app costs on this machine: first picture, pictures a second, lag of a slider, memory after thirty runs.
 
-    python evidence/app.py [--runs 30] [--pictures FOLDER]
+    python evidence/app.py [--parts first,live,lag,memory] [--runs 30] [--pictures FOLDER]
 
 Needs the extras `app` and `browser` and the system's Chromium. Prints a table; with --pictures, the page as pictures.
 """
@@ -21,6 +21,7 @@ from typing import Any
 
 from playwright.sync_api import sync_playwright
 
+PARTS = ("first", "live", "lag", "memory")
 SIZES = {"telephone": (360, 780), "desk": (1440, 900), "projector": (1920, 1080)}
 STATE = "window.peristalsis.records.get(window.peristalsis.shown.{slot})?.state"
 
@@ -92,19 +93,55 @@ def lags(page: Any, moves: int) -> list[float]:
     return found
 
 
+def first(page: Any, begin: float) -> None:
+    """From the command to the first picture of a run."""
+    page.click("#run")
+    pressed = time.perf_counter()
+    until(page, "window.peristalsis.stats.drawn > 1")
+    print(f"first live picture after           {time.perf_counter() - begin:6.1f} s")
+    print(f"  of which after pressing Run      {time.perf_counter() - pressed:6.1f} s")
+    until(page, f"{STATE.format(slot='a')} === 'over'")
+
+
+def grow(page: Any, process: int, runs: int) -> None:
+    """Memory of the server and all its processes before and after so many runs."""
+    print("memory before: {:.0f} MB in {} processes".format(*memory(process)))
+    for k in range(runs):
+        name = page.evaluate("window.peristalsis.shown.a")
+        page.click("#run")
+        until(page, f"window.peristalsis.shown.a !== {json.dumps(name)} && {STATE.format(slot='a')} === 'over'")
+        if k % 10 == 9:
+            page.wait_for_timeout(3000)
+            print("after {} runs: {:.0f} MB in {} processes".format(k + 1, *memory(process)))
+
+
+def pictures(browser: Any, address: str, folder: Path) -> None:
+    """The page after a run at three sizes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, (width, height) in SIZES.items():
+        page = opened(browser, address, width, height, color_scheme="dark" if name == "projector" else "light")
+        page.click("#run")
+        until(page, f"{STATE.format(slot='a')} === 'over'")
+        page.wait_for_timeout(300)
+        page.screenshot(path=folder / f"{name}.png", full_page=name != "projector")
+        page.context.close()
+
+
 def main() -> None:
     """Measure and print."""
-    asked = argparse.ArgumentParser(description=__doc__)
-    asked.add_argument("--runs", type=int, default=30)
-    asked.add_argument("--pictures", type=Path)
-    options = asked.parse_args()
+    words = argparse.ArgumentParser(description=__doc__)
+    words.add_argument("--parts", default=",".join(PARTS), help="which of these, with commas between")
+    words.add_argument("--runs", type=int, default=30)
+    words.add_argument("--pictures", type=Path)
+    options = words.parse_args()
+    asked = options.parts.split(",")
     program = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     if program is None:
         raise SystemExit("no Chromium is installed: apt-get install chromium")
     begin = time.perf_counter()
-    words = [sys.executable, "-m", "peristalsis", "app", "--port", "0", "--no-browser"]
+    command = [sys.executable, "-m", "peristalsis", "app", "--port", "0", "--no-browser"]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1", "OMP_NUM_THREADS": "1"}
-    server = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment)
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
     assert server.stdout is not None
     address = server.stdout.readline().split()[-1]
     print(f"load of the machine at the start: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
@@ -113,36 +150,25 @@ def main() -> None:
         browser = driver.chromium.launch(executable_path=program, args=["--no-sandbox"])
         page = opened(browser, address, 1440, 900)
         print(f"page ready after                   {time.perf_counter() - begin:6.1f} s")
-        page.click("#run")
-        pressed = time.perf_counter()
-        until(page, "window.peristalsis.stats.drawn > 1")
-        print(f"first live picture after           {time.perf_counter() - begin:6.1f} s")
-        print(f"  of which after pressing Run      {time.perf_counter() - pressed:6.1f} s")
-        until(page, f"{STATE.format(slot='a')} === 'over'")
-        print(f"one picture with all charts takes  {cost(page):6.1f} ms")
-        for both in (False, True):
-            drawn, received = live(page, both)
-            print(f"{'two runs' if both else 'one run '}: pictures, frames a second {drawn:5.1f}, {received:5.1f}")
-        page = opened(browser, f"{address}#a.s.pacemaker=off&a.s.receptors=off&a.v.duration=60", 1440, 900)
-        found = sorted(lags(page, 25))
-        print(f"lag of a slider [ms]: median {statistics.median(found):.0f}, nine in ten below {found[22]:.0f}")
-        page = opened(browser, f"{address}#a.grid=quick&a.v.duration=2", 1440, 900)
-        print(f"memory before: {memory(server.pid)[0]:.0f} MB in {memory(server.pid)[1]} processes")
-        for k in range(options.runs):
-            name = page.evaluate("window.peristalsis.shown.a")
-            page.click("#run")
-            until(page, f"window.peristalsis.shown.a !== {json.dumps(name)} && {STATE.format(slot='a')} === 'over'")
-            if k % 10 == 9:
-                page.wait_for_timeout(3000)
-                print(f"after {k + 1} runs: {memory(server.pid)[0]:.0f} MB in {memory(server.pid)[1]} processes")
+        if "first" in asked:
+            first(page, begin)
+        page.context.close()
+        if "live" in asked:
+            page = opened(browser, address, 1440, 900)
+            for both in (False, True):
+                drawn, received = live(page, both)
+                print(f"{'two runs' if both else 'one run '}: pictures, frames a second {drawn:5.1f}, {received:5.1f}")
+            print(f"one picture with all charts takes  {cost(page):6.1f} ms")
+            page.context.close()
+        if "lag" in asked:
+            page = opened(browser, f"{address}#a.s.pacemaker=off&a.s.receptors=off&a.v.duration=60", 1440, 900)
+            found = sorted(lags(page, 25))
+            print(f"lag of a slider [ms]: median {statistics.median(found):.0f}, nine in ten below {found[22]:.0f}")
+            page.context.close()
+        if "memory" in asked:
+            grow(opened(browser, f"{address}#a.grid=quick&a.v.duration=0.5", 1440, 900), server.pid, options.runs)
         if options.pictures:
-            options.pictures.mkdir(parents=True, exist_ok=True)
-            for name, (width, height) in SIZES.items():
-                page = opened(browser, address, width, height, color_scheme="dark" if name == "projector" else "light")
-                page.click("#run")
-                until(page, f"{STATE.format(slot='a')} === 'over'")
-                page.wait_for_timeout(300)
-                page.screenshot(path=options.pictures / f"{name}.png", full_page=name != "projector")
+            pictures(browser, address, options.pictures)
         browser.close()
     server.terminate()
     server.wait(30)
