@@ -1,4 +1,4 @@
-# make demo | test | lint | coverage | verify | matrix | mutants | bench | robust | wheel | clean
+# make demo | test | test-app | lint | coverage | verify | matrix | mutants | bench | robust | wheel | clean
 #
 # Everything runs in .venv, made once and made again only when pyproject.toml or constraints.txt change.
 # Another interpreter: make demo PYTHON=python3.12
@@ -28,12 +28,13 @@ remake := yes
 endif
 endif
 
-.PHONY: help demo test lint coverage verify matrix mutants bench robust wheel clean FORCE
+.PHONY: help demo test test-app lint coverage verify matrix mutants bench robust wheel clean FORCE
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make demo     run the baseline experiment and draw its pictures into out/baseline"
 	@echo "make test     the quick tests"
+	@echo "make test-app the page of the app in the system's Chromium, which it installs where it may"
 	@echo "make lint     ruff and mypy"
 	@echo "make coverage the quick tests, and which branches they reach"
 	@echo "make verify   the quick tests, every exact problem (writes docs/verification), the slow tests"
@@ -56,6 +57,15 @@ TEST_WORKERS ?= 2
 test: $(READY)
 	@$(BIN)/peristalsis warm-up --surface
 	@$(BIN)/python -m pytest -q -n $(TEST_WORKERS) --dist worksteal
+
+# Chromium is the system's: Playwright drives it and brings none of its own.
+test-app: $(READY)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt playwright
+	@command -v chromium >/dev/null 2>&1 || command -v google-chrome >/dev/null 2>&1 || \
+	  { command -v apt-get >/dev/null 2>&1 && test "$$(id -u)" = 0 && apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium; } || \
+	  { echo "make: no Chromium here; install it as root: apt-get install chromium" >&2; exit 1; }
+	@$(BIN)/peristalsis warm-up
+	@$(BIN)/python -m pytest -q -m "browser" tests/app
 
 lint: $(READY)
 	$(BIN)/python -m ruff check .

@@ -129,12 +129,13 @@ def test_a_change_on_the_way() -> None:
     before = asking.read({"values": {"pressure": 0.2}})
     after, changes = asking.read_live({"values": {"fast_calcium": 50}, "switches": {"receptors": False}}, before)
     assert changes == {
-        "longitudinal.fast_calcium": "2.0 mS/cm^2",
-        "circular.fast_calcium": "2.0 mS/cm^2",
+        "longitudinal.fast_calcium": "2 mS/cm^2",
+        "circular.fast_calcium": "2 mS/cm^2",
         "reflex.enabled": False,
     }
     assert after.configuration().lumen.pressure == 0.2
     assert asking.read_live({"values": {"pressure": 0.2}}, before)[1] == {}
+    assert asking.read_live({"values": {"pressure": 0.1}}, before)[1] == {"lumen.pressure": "0.1 kPa"}, "and back again"
 
 
 @pytest.mark.parametrize("change", [{"values": {"pellet_diameter": 2.0}}, {"switches": {"pacemaker": False}}], ids=repr)

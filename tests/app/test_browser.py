@@ -52,6 +52,10 @@ class Visit:
         page.on("websocket", lambda chat: self._asked(chat))
         return page
 
+    def _said(self, said: Any) -> None:
+        if said.type in ("error", "warning"):
+            self.complaints.append(said.text)
+
     def _asked(self, request: Any) -> None:
         if not request.url.startswith((f"http://{self.live.host}/", f"ws://{self.live.host}/", "blob:", "data:")):
             self.elsewhere.append(request.url)
@@ -77,7 +81,7 @@ class Visit:
     def state(self, slot: str, state: str, page: Any = None) -> None:
         self.until(
             "(() => { const { records, shown } = window.peristalsis;"
-            f" return records.get(shown.{slot})?.state === '{state}' && records.get(shown.{slot}).frames.length > 0 }})()",
+            f" const run = records.get(shown.{slot}); return run?.state === '{state}' && run.frames.length > 0 }})()",
             page,
         )
 
@@ -341,7 +345,7 @@ def test_words_of_the_server_are_text(visit: Callable[..., Visit]) -> None:
     assert len(PAYLOADS) == 50
     own = visit()
     page = own.open(QUICK)
-    page.evaluate("window.hacked = () => { window.was = true }")
+    page.evaluate("void (window.hacked = () => { window.was = true })")
     page.click("#run")
     own.state("a", "over")
     for text in PAYLOADS:
@@ -384,16 +388,21 @@ def test_another_page_gets_nothing(visit: Callable[..., Visit], live: Live, brow
             found = page.evaluate(
                 """async ([own, token]) => {
                 const tried = {};
-                const say = async (name, call) => { try { tried[name] = await call(); } catch { tried[name] = "refused"; } };
-                await say("fetch", async () => (await fetch(`http://${own}/catalogue`, { credentials: "include" })).status);
-                await say("post", async () => (await fetch(`http://${own}/`, { method: "POST", body: "x" })).status);
+                const say = async (name, call) => {
+                  try { tried[name] = await call(); } catch { tried[name] = "refused"; } };
+                const all = { credentials: "include" };
+                await say("fetch", async () => (await fetch(`http://${own}/catalogue`, all)).status);
+                const post = { method: "POST", body: "x" };
+                await say("post", async () => (await fetch(`http://${own}/`, post)).status);
                 await say("blind", async () => (await fetch(`http://${own}/catalogue`, { mode: "no-cors" })).type);
                 await say("socket", () => new Promise((done) => {
-                  const chat = new WebSocket(`ws://${own}/talk?page=page-of-the-tests-1`, ["peristalsis.1", `token.${token}`]);
+                  const words = ["peristalsis.1", `token.${token}`];
+                  const chat = new WebSocket(`ws://${own}/talk?page=page-of-the-tests-1`, words);
                   chat.onopen = () => done("open"); chat.onerror = () => done("refused"); }));
                 await say("script", () => new Promise((done) => {
                   const made = document.createElement("script"); made.src = `http://${own}/assets/main.js`;
-                  made.onload = () => done("loaded"); made.onerror = () => done("refused"); document.body.append(made); }));
+                  made.onload = () => done("loaded"); made.onerror = () => done("refused");
+                  document.body.append(made); }));
                 return tried; }""",
                 [live.host, live.token],
             )
@@ -413,6 +422,6 @@ def test_no_network_is_needed(visit: Callable[..., Visit]) -> None:
     own.until("document.getElementById('words').textContent.startsWith('import peristalsis as ps')")
     page.click("#toml")
     own.until("document.getElementById('words').textContent.includes('[grid]')")
-    with page.expect_download() as waiting:
+    with page.expect_download(timeout=180_000) as waiting:
         page.click("[data-file=figure]")
     assert Path(waiting.value.path()).read_bytes().startswith(b"\x89PNG")

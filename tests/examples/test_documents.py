@@ -50,6 +50,7 @@ LONG = {
     "cohort": "runs some hundred members; tests/unit/test_cohort.py",
     "sensitivity": "needs pellets that arrive; tests/unit/test_indices.py",
     "paper": "runs every experiment; tests/unit/test_paper_report.py",
+    "app": "serves until it is ended; tests/app",
 }
 """Commands that are parsed and not carried out here, and where they are."""
 BESIDE = {"verification": verification.command.app, "benchmarks": benchmarks.command.app}

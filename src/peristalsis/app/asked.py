@@ -102,7 +102,6 @@ def read_live(content: object, asked: Asked) -> tuple[Asked, dict[str, Any]]:
     fixed += [SWITCH_BY_NAME[name].label for name in switches if not live((SWITCH_BY_NAME[name].key,))]
     if fixed:
         raise ConfigurationError(f"{fixed[0]} cannot change during a run; start another run with it")
-    before = asked.configuration()
     after = Asked(
         asked.scenario,
         asked.reading,
@@ -110,8 +109,10 @@ def read_live(content: object, asked: Asked) -> tuple[Asked, dict[str, Any]]:
         {**asked.values, **values},
         {**asked.switches, **switches},
     )
-    now = after.configuration().texts()
-    return after, {key: text for key, text in now.items() if text != before.texts()[key]}
+    before, now = asked.changes(), after.changes()
+    changed = {key: value for key, value in now.items() if key not in before or before[key] != value}
+    texts = asked.own().texts() if before.keys() - now.keys() else {}  # back to what the scenario has
+    return after, changed | {key: texts[key] for key in before.keys() - now.keys()}
 
 
 def defaults(scenario: object, reading: object) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -60,10 +61,8 @@ def _place(outcomes: Sequence[Outcome]) -> str | None:
 
 def _times(outcomes: Sequence[Outcome]) -> str | None:
     first, second = (number(one, "transit_s") for one in outcomes)
-    if first is None:
+    if first is None or second is None:
         return None
-    if second is None:
-        return "never"
     ratio = second / first
     return "same" if ratio < 1.1 else "less" if ratio < 1.9 else "twice" if ratio < 2.1 else "more"
 
@@ -77,11 +76,10 @@ def _faster(outcomes: Sequence[Outcome]) -> str | None:
 
 
 def _slower_one(outcomes: Sequence[Outcome]) -> str | None:
-    first, second = (number(one, "transit_s") for one in outcomes)
-    if first is None or second is None:
+    first, second = (number(one, "transit_s") or math.inf for one in outcomes)  # what stays behind is slowest
+    if first == second == math.inf:
         return None
-    ratio = second / first
-    return "both" if 0.95 < ratio < 1.05 else "first" if ratio < 1.0 else "second"
+    return "both" if 0.95 < second / first < 1.05 else "first" if second < first else "second"
 
 
 def _leaves(outcomes: Sequence[Outcome]) -> str:
@@ -152,7 +150,7 @@ LESSONS = (
             Setting("Half of the slow channels", {"values": {"slow_calcium": 50}}),
         ),
         {"first": "Blocking the fast ones", "second": "Blocking the slow ones", "both": "Both alike, within 5 %"},
-        lambda outcomes: {"first": "second", "second": "first", "both": "both"}.get(_slower_one(outcomes) or ""),
+        _slower_one,
         "The fast current makes the upstroke: with half of it the wave is slower, and the pellet with it. The slow one "
         "is small during a single wave; it matters for whether cells fire again by themselves.",
     ),

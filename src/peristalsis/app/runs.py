@@ -117,8 +117,8 @@ class Runs:
         computing = [run for run in self.runs.values() if run.state == COMPUTING]
         if len(computing) >= self.most:
             raise ConfigurationError(
-                f"{len(computing)} runs are under way, and the limit is {self.most} (--runs); stop one, or wait for its "
-                "end"
+                f"{len(computing)} runs are under way, and the limit is {self.most} (--runs); "
+                "stop one, or wait for its end"
             )
         if page not in self._pages:
             raise ConfigurationError("the page is not known; load it again")

@@ -105,7 +105,7 @@ class Guard:
 
     def _refused_socket(self, scope: Scope) -> bool:
         """Whether a WebSocket lacks what it must bring: its origin, the key, the token."""
-        offered = list(scope.get("subprotocols", []))
+        offered = [one.strip() for text in _all(scope, b"sec-websocket-protocol") for one in text.split(",")]
         right = len(offered) == 2 and offered[0] == PROTOCOL and _same(offered[1], f"token.{self.known.token}")
         return not (_all(scope, b"origin") and right and self._holds_key(scope))
 

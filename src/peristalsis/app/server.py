@@ -17,7 +17,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
-from .. import __version__
+from .._version import __version__
 from ..errors import ConfigurationError, PeristalsisError
 from ..inputs.parameters import READINGS
 from . import asked as asking

@@ -97,7 +97,7 @@ def _get_ready(pipe: Connection) -> None:
         def flush(self) -> None:
             """Nothing is held back."""
 
-    kept, sys.stderr = sys.stderr, Lines()  # type: ignore[assignment]
+    kept, sys.stderr = sys.stderr, Lines()
     try:
         warm_up()
     finally:

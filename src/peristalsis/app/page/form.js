@@ -1,10 +1,6 @@
 // The controls: built from the catalogue, one state for each of both runs, written into the address.
 
-const make = (kind, properties = {}, ...children) => {
-  const made = Object.assign(document.createElement(kind), properties);
-  made.append(...children);
-  return made;
-};
+import { make } from "./page.js";
 
 const spoken = { "mN·s/cm": "millinewton seconds per centimetre", cm: "centimetres", mN: "millinewtons",
   kPa: "kilopascals", "%": "per cent", s: "seconds" };

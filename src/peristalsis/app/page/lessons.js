@@ -1,10 +1,6 @@
 // Guided experiments: question, prediction, run, answer.
 
-const make = (kind, properties = {}, ...children) => {
-  const made = Object.assign(document.createElement(kind), properties);
-  made.append(...children);
-  return made;
-};
+import { make } from "./page.js";
 
 export class Lessons {
   /** begin: called with the settings of a lesson, starts its runs and returns whether it could. judge: asks for the answer. */

@@ -1,31 +1,26 @@
 // The page: what is shown when, and what each button does.
 
-import { drawChart } from "./chart.js";
 import { number } from "./canvas.js";
 import { Form } from "./form.js";
 import { Lessons } from "./lessons.js";
 import { Link } from "./link.js";
-import { DiameterMap, mapTable } from "./map.js";
-import { DASHES, line, theme } from "./palette.js";
+import { mapTable } from "./map.js";
+import { $, make } from "./page.js";
+import { theme } from "./palette.js";
+import { pane } from "./panes.js";
+import { drawPanels } from "./panels.js";
 import { Record } from "./record.js";
 import { drawTube } from "./tube.js";
 
-const $ = (id) => document.getElementById(id);
-const make = (kind, properties = {}, ...children) => {
-  const made = Object.assign(document.createElement(kind), properties);
-  made.append(...children);
-  return made;
-};
 const SLOTS = ["a", "b"];
-const HIDDEN_FORCES = { axial_force: "push of the wall", viscous_force: "viscous friction", dry_force: "dry friction", end_reaction: "closed end" };
 
 const kept = JSON.parse(sessionStorage.getItem("peristalsis") ?? "{}");
-const page = kept.page ?? crypto.randomUUID();
+const page = kept.page ?? [...crypto.getRandomValues(new Uint8Array(16))].map((one) => one.toString(16).padStart(2, "0")).join("");
 const records = new Map();
 const shown = { a: kept.a ?? null, b: kept.b ?? null, ghostA: kept.ghostA ?? null, ghostB: kept.ghostB ?? null };
 const view = { time: 0, follow: true, playing: false, at: 0, dirty: true };
-/** What tests and the measurement read: pictures drawn, frames received, lags from a slider to its picture [ms]. */
-const stats = { drawn: 0, received: 0, lags: [] };
+/** What tests and the measurement read: pictures drawn and what that took [ms], frames received, lags from a slider to its picture [ms]. */
+const stats = { drawn: 0, received: 0, lags: [], spent: 0 };
 window.peristalsis = { stats, records, shown, hear };
 const panes = {};
 let [form, lessons, link, changes, up] = [null, null, null, 0, false];
@@ -211,31 +206,10 @@ let wanted = "toml";
 
 // what is seen
 
-function pane(slot) {
-  if (panes[slot]) return panes[slot];
-  const name = slot.toUpperCase();
-  const tube = make("canvas");
-  const map = make("canvas");
-  [[tube, `Tube and pellet of run ${name}, cut along the axis`], [map, `Diameter map of run ${name}; a table follows`]].forEach(
-    ([canvas, label]) => { canvas.setAttribute("role", "img"); canvas.setAttribute("aria-label", label); });
-  const heading = () => make("div", { className: `which ${slot}` }, make("i"), `Run ${name}`, make("span"));
-  const table = make("table");
-  const details = make("details", { className: "table" }, make("summary", { textContent: `Map of run ${name} as a table` }),
-    make("div", { className: "scroll", tabIndex: 0 }, table));
-  details.lastChild.setAttribute("role", "region");
-  details.lastChild.setAttribute("aria-label", `Table of the map of run ${name}`);
-  details.addEventListener("toggle", () => { view.dirty = true; });
-  const [first, second] = [heading(), heading()];
-  const stage = make("div", { className: "tube" }, first, tube);
-  const below = make("div", {}, second, map, details);
-  panes[slot] = { stage, below, tube, map, drawn: new DiameterMap(map), details, table, words: [first.lastChild, second.lastChild], rows: -1 };
-  return panes[slot];
-}
-
 function arrange() {
   const slots = SLOTS.filter((slot) => slot === "a" || at(slot));
   for (const [place, part] of [[$("tubes"), "stage"], [$("maps"), "below"]]) {
-    const wantedParts = slots.map((slot) => pane(slot)[part]);
+    const wantedParts = slots.map((slot) => (panes[slot] ??= pane(slot, () => { view.dirty = true; }))[part]);
     if (place.children.length !== wantedParts.length || wantedParts.some((one, k) => place.children[k] !== one)) {
       place.replaceChildren(...wantedParts);
     }
@@ -296,68 +270,8 @@ function draw() {
   const moving = view.playing || computing().some((one) => !one.paused);
   if (moving && now - charted < 150) { late = true; return; } // the tube moves smoothly, charts a little less
   [charted, late] = [now, false];
-  const options = { time: view.time, upto };
-  drawChart($("track"), tracks(), { ...options, label: "position (cm)", least: 1 });
-  drawChart($("force"), forces(), { ...options, label: "force (mN)", least: 10 });
-  drawChart($("current"), currents(), { ...options, label: "current (µA/cm²)", least: 0.1 });
-  numbers();
-  remarks();
-}
-
-function tracks() {
-  const found = [];
-  for (const slot of present()) {
-    const value = (of) => (frame) => of.scalar(frame, "pellet_position");
-    const past = ghostOf(slot);
-    if (past?.frames.length) found.push({ record: past, value: value(past), colour: theme("soft"), dash: [4, 4], label: `before ${slot.toUpperCase()}` });
-    found.push({ record: at(slot), value: value(at(slot)), colour: theme(slot), dash: slot === "b" ? [8, 3] : [], wide: 2.2, label: `run ${slot.toUpperCase()}` });
-  }
-  return found;
-}
-
-const chosen = () => (present().includes(form.slot) ? form.slot : present()[0]);
-
-function forces() {
-  const record = at(chosen());
-  if (!record) return [];
-  return Object.entries(HIDDEN_FORCES).filter(([name]) => name !== "end_reaction" || record.scalar(record.frames.at(-1), name) !== 0).map(([name, label], k) => ({ record, label, colour: line(k), dash: DASHES[k],
-    value: (frame) => record.scalar(frame, name) }));
-}
-
-function currents() {
-  const record = at(chosen());
-  if (!record) return [];
-  const layer = $("layer").value;
-  return record.header.currents[layer].map((name, k) => ({ record, label: name.replaceAll("_", " "), colour: line(k), dash: DASHES[k],
-    value: (frame) => frame[record.current[layer] + k] }));
-}
-
-function numbers() {
   const slots = present();
-  if (!slots.length) return;
-  const rows = [];
-  const first = at(slots[0]);
-  for (const { name, unit, label } of first.header.scalars) {
-    rows.push([label, unit, ...slots.map((slot) => number(at(slot).scalar(at(slot).frames[at(slot).at(view.time)], name)))]);
-  }
-  const keys = new Map();
-  for (const slot of slots) for (const one of at(slot).outcome?.numbers ?? []) keys.set(one.key, one);
-  for (const [key, { label, unit }] of keys) {
-    rows.push([label, unit, ...slots.map((slot) => { const one = at(slot).outcome?.numbers.find((each) => each.key === key); return one ? number(one.value) : "–"; })]);
-  }
-  const heads = ["at the time shown, and of the whole run", "unit", ...slots.map((slot) => `run ${slot.toUpperCase()}`)];
-  const table = $("numbers");
-  const text = JSON.stringify([heads, rows]);
-  if (table.dataset.text === text) return;
-  table.dataset.text = text;
-  const head = make("thead", {}, make("tr", {}, ...heads.map((one) => make("th", { textContent: one, scope: "col" }))));
-  table.replaceChildren(head, make("tbody", {}, ...rows.map(([label, ...rest]) => make("tr", {}, make("th", { scope: "row", textContent: label }), ...rest.map((one) => make("td", { textContent: one }))))));
-}
-
-function remarks() {
-  const found = [...new Set(present().flatMap((slot) => at(slot).remarks.map((text) => `Run ${slot.toUpperCase()}: ${text}`)))];
-  $("remarks-card").hidden = !found.length;
-  if ($("remarks").children.length !== found.length) $("remarks").replaceChildren(...found.map((text) => make("li", { textContent: text })));
+  drawPanels({ slots, at, ghostOf, chosen: slots.includes(form.slot) ? form.slot : slots[0] }, view.time, upto);
 }
 
 let [second, counted] = [performance.now(), 0];
@@ -386,7 +300,9 @@ function tick(now) {
   $("scrub").setAttribute("aria-valuetext", `${view.time.toFixed(2)} seconds of ${end.toFixed(2)}`);
   $("clock").textContent = `${view.time.toFixed(2)} s`;
   if (!present().length) return;
+  const begun = performance.now();
   draw();
+  stats.spent += performance.now() - begun;
   counted += 1;
   stats.drawn += 1;
   for (const one of waiting.splice(0)) {

@@ -14,8 +14,8 @@ export function drawTube(canvas, record, frame, ghost, colour) {
   const inside = Math.max(120, canvas.clientWidth - LEFT - RIGHT);
   const perCm = inside / header.length;
   const tall = Math.max(header.pellet_radius, header.tube_radius) * 1.35 + 0.15;
-  const half = Math.min(150, Math.max(34, perCm * tall));
-  const across = half / tall; // the same as along, unless the window is very wide or narrow
+  const half = Math.max(34, perCm * tall);
+  const across = half / tall; // the same as along, unless the window is very narrow
   const { context, width } = fresh(canvas, 2 * half + 46);
   const x = scale(0, header.length, LEFT, width - RIGHT, 10);
   const middle = half + 4;
