@@ -1,6 +1,6 @@
 """What makes speed rise with the diameter, and what the bench fixes: evidence behind docs/bench.md.
 
-    python evidence/bench.py mechanisms
+    python evidence/bench.py mechanisms [VARIANT ...]
     python evidence/bench.py calibrate
 
 `mechanisms` runs pellets of six girths under each variant of the bench. `calibrate` fits three numbers of the
@@ -53,7 +53,8 @@ def mechanisms() -> None:
     ratios = sorted([*BELOW, NATURAL, *ABOVE])
     print("| variant |" + "".join(f" {ratio:.3g} |" for ratio in ratios))
     print("|---|" + "---|" * len(ratios))
-    for name, changes in [("shipped", {}), *((one.name, one.changes) for one in VARIANTS.values())]:
+    for name in sys.argv[2:] or ("shipped", *VARIANTS):
+        changes = {} if name == "shipped" else VARIANTS[name].changes
         speeds = [assay(changes, ratio) for ratio in ratios]
         print(f"| {name} |" + "".join(f" {speed:.2f} |" for speed in speeds), flush=True)
 

@@ -40,6 +40,13 @@ def test_the_parameter_set_is_the_scenario() -> None:
     assert scored.with_changes({"scenario": "guinea_pig"}).flat() == ps.configuration("guinea_pig").flat()
 
 
+@pytest.mark.parametrize("name", SOURCE.variants)
+def test_every_variant_is_accepted(name: str) -> None:
+    condition, _ = SOURCE.conditions(["guinea_pig"], [name])[-1]
+    scored = Experiment("control").configuration(condition.reading, condition.variant)
+    assert scored != Experiment("control").configuration("tight", SOURCE.sets[0].changes)
+
+
 def test_speed_between_two_places() -> None:
     time = np.linspace(0.0, 40.0, 401)
     assert speed_between(time, 0.2 * time, 2.5, 5.5) == pytest.approx(0.2, rel=1e-9)
