@@ -63,7 +63,12 @@ ALLOWED = {
     "scoring.paper": {"scoring", "inputs", "scenarios", "plots", "many"},
 }
 """What each room, or part of one, may import of the package beside itself; `cli` stands above all of these."""
-TYPES = {"results": {"plots", "maps"}, "maps": {"results"}, "inputs.consistency": {"inputs.config"}, "inputs.pellet_rules": {"inputs.config"}}
+TYPES = {
+    "results": {"plots", "maps"},
+    "maps": {"results"},
+    "inputs.consistency": {"inputs.config"},
+    "inputs.pellet_rules": {"inputs.config"},
+}
 """What they may name as a type besides, below `if TYPE_CHECKING`."""
 
 
