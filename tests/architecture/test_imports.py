@@ -40,7 +40,10 @@ ALLOWED = {
     "inputs.stimuli": WORDS | {"inputs.tables"},
     "inputs.recording": {"names", "inputs.parts"},
     "inputs.consistency": {"units", "errors"}
-    | {f"inputs.{name}" for name in ("parameters", "parts", "choices", "recording", "regions", "drugs")},
+    | {
+        f"inputs.{name}" for name in ("parameters", "parts", "choices", "recording", "regions", "drugs", "pellet_rules")
+    },
+    "inputs.pellet_rules": {"errors"},
     "inputs.config": WORDS
     | {"storing.disk"}
     | {
@@ -60,10 +63,16 @@ ALLOWED = {
     "many": PHYSICS | WORDS | {"inputs", "scenarios", "storing", "results", "running", "plots", "names"},
     "scoring": WORDS | {"inputs", "scenarios", "results", "running", "plots", "many", "_version"},
     "app": WORDS | {"inputs", "scenarios", "results", "running", "plots", "names", "_version"},
+    "scoring.bench": {"scoring", "inputs", "results", "running", "plots", "many"},
     "scoring.paper": {"scoring", "inputs", "scenarios", "plots", "many"},
 }
 """What each room, or part of one, may import of the package beside itself; `cli` stands above all of these."""
-TYPES = {"results": {"plots", "maps"}, "maps": {"results"}, "inputs.consistency": {"inputs.config"}}
+TYPES = {
+    "results": {"plots", "maps"},
+    "maps": {"results"},
+    "inputs.consistency": {"inputs.config"},
+    "inputs.pellet_rules": {"inputs.config"},
+}
 """What they may name as a type besides, below `if TYPE_CHECKING`."""
 
 

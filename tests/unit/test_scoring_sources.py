@@ -81,7 +81,7 @@ def test_a_parameter_set_lies_under_the_experiments(source: Source, tmp_path: Pa
 
 
 def test_sources_are_found_by_name(source: Source) -> None:
-    assert sources.names() == ("paper", "two_claims")
+    assert sources.names() == ("bench", "paper", "two_claims")
     assert sources.get("paper").name == "paper"
     with pytest.raises(ConfigurationError, match="did you mean paper"):
         sources.get("papper")

@@ -26,10 +26,15 @@ STOPPED = 0.02
 """Share of the control's speed below which nothing moves."""
 
 
+def _at_least(run: str, metric: str, than: str, share: float) -> Rule:
+    """At least a share of what another run has; `Exceeds` by itself asks for more than all of it."""
+    return Exceeds(run, metric, than, share, -math.inf)
+
+
 def _near(run: str) -> Rule:
     """Within 15 % of the control's speed."""
     not_faster = Not(Exceeds(run, SPEED, CONTROL, factor=1.0 + NEAR))
-    return AllOf((Exceeds(run, SPEED, CONTROL, 1.0 - NEAR, -math.inf), not_faster))
+    return AllOf((_at_least(run, SPEED, CONTROL, 1.0 - NEAR), not_faster))
 
 
 def _falling(runs: tuple[str, ...]) -> Rule:
@@ -82,7 +87,7 @@ CLAIMS: tuple[Claim, ...] = (
         "Hexamethonium weakens the reflex: the force falls by a fifth or more, the speed stays within 15 %.",
         "Nicholas & Spencer 2010 (abstract); another group finds a block at the same 100 uM (pubmed 8944700)",
         (
-            Part("force falls", Not(Exceeds("held_hexamethonium", ISOMETRIC_FORCE, HELD, 0.8))),
+            Part("force falls", Not(_at_least("held_hexamethonium", ISOMETRIC_FORCE, HELD, 0.8))),
             Part("speed stays", _near("hexamethonium")),
         ),
         "chosen",
@@ -92,13 +97,13 @@ CLAIMS: tuple[Claim, ...] = (
         5,
         "Tetrodotoxin stops the pellet.",
         "Nicholas & Spencer 2010; Costa 2015 (abstracts)",
-        (Part("below 2 %", Not(Exceeds("tetrodotoxin", SPEED, CONTROL, STOPPED))),),
+        (Part("below 2 %", Not(_at_least("tetrodotoxin", SPEED, CONTROL, STOPPED))),),
     ),
     Claim(
         6,
         "The longitudinal layer contracts first and is not needed: without its force the speed is at least half.",
         "Frigo & Lecchini 1970, doi 10.1111/j.1476-5381.1970.tb12897.x (abstract)",
-        (Part("half the speed", Exceeds("no_longitudinal_force", SPEED, CONTROL, 0.5, -math.inf)),),
+        (Part("half the speed", _at_least("no_longitudinal_force", SPEED, CONTROL, 0.5)),),
     ),
     Claim(
         7,

@@ -26,7 +26,7 @@ VARIANTS: Mapping[str, Variant] = MappingProxyType(
                 "friction does not depend on pressing",
                 {
                     "pellet.friction_coefficient": 0.0,
-                    "pellet.viscous_friction_coefficient": 0.0,
+                    "pellet.viscous_friction_coefficient": "0 s/cm",
                     "pellet.viscous_friction": "150 mN*s/cm",
                     "pellet.dry_friction": "8 mN",
                 },
