@@ -91,7 +91,7 @@ def _isometric(outcomes: Sequence[Outcome]) -> Canvas:
 
 
 def _maps(outcomes: Sequence[Outcome]) -> Canvas:
-    """Outer diameter over place and time as a camera above the bench sees it, oral end at the top."""
+    """Inner diameter over place and time as a camera above the bench sees it, oral end at the top."""
     figure = canvas(max(7.4, 5.4 * len(outcomes)), 4.4, "Diameter map of the control")
     for axes, outcome in zip(row(figure, len(outcomes)), outcomes, strict=True):
         record = usable(outcome, CONTROL)
@@ -107,7 +107,7 @@ def _maps(outcomes: Sequence[Outcome]) -> Canvas:
         axes.plot(arrays["time_step"], 10.0 * arrays["pellet_position"], color=style.ORANGE, linewidth=1.0)
         axes.invert_yaxis()
         axes.set_xlabel("time (s)")
-        axes.set_ylabel("oral   axial position (mm)   anal")
+        axes.set_ylabel("anal   axial position (mm)   oral")
         figure.colorbar(mesh, ax=axes, label="inner diameter (mm)")
     return figure
 
