@@ -273,6 +273,7 @@ _ATOMS = {
     "conductance": "[npuµμm]?S",
     "capacitance": "[npuµμm]?F",
     "angle": "deg(?:ree)?s?|°|m?rad",
+    "temperature": "m?K",
 }
 _MADE_OF = {
     "cm": ("length",),
@@ -280,6 +281,7 @@ _MADE_OF = {
     "ms": ("time",),
     "1/ms": ("time",),
     "deg": ("angle",),
+    "K": ("temperature",),
     "mV": ("potential",),
     "1/mV": ("potential",),
     "mS/cm": ("conductance", "length"),

@@ -147,7 +147,7 @@ def test_internal_factors_agree_with_dimensional_analysis(unit: str) -> None:
     electrical = any(symbol in unit for symbol in ("mS", "uA", "uF"))
     # The system is mN, cm, s; mV and the electrical densities stay as they are.
     systems = [unit] if electrical else ["mN", "mN/cm", "mN/cm^2", "mN*s/cm", "mN*s^2/cm^3", "cm", "s", "1/s", "s/cm"]
-    systems += ["mN*cm", "mN*s*cm", "mN/cm^3", "mV", "mN/(cm*mV)", "rad", "cm^2/s"]
+    systems += ["mN*cm", "mN*s*cm", "mN/cm^3", "mV", "mN/(cm*mV)", "rad", "cm^2/s", "cm/s", "K"]
     target = next(system for system in systems if quantity.check(registry.Unit(system).dimensionality))
     assert to_internal(1.0, unit) == pytest.approx(quantity.to(target).magnitude, rel=1e-12)
 
