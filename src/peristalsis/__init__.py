@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .inputs.config import Configuration
     from .many.batch import batch
     from .many.dose_response import dose_response
+    from .many.fitting import fit
     from .names import Output
     from .plugins import register
     from .results.result import Result, load
@@ -37,6 +38,7 @@ __all__ = [
     "batch",
     "configuration",
     "dose_response",
+    "fit",
     "load",
     "number",
     "register",
@@ -54,6 +56,7 @@ _HOMES = {
     "batch": ("many.batch", "batch"),
     "configuration": ("scenarios", "configuration"),
     "dose_response": ("many.dose_response", "dose_response"),
+    "fit": ("many.fitting", "fit"),
     "load": ("results.result", "load"),
     "number": ("declared", "number"),
     "register": ("plugins", "register"),

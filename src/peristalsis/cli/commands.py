@@ -8,6 +8,7 @@ import typer
 
 from .cell_command import app as cell_app
 from .dose_command import dose_response_
+from .fit_command import fit_
 from .help import EXAMPLES as EXAMPLES
 from .help import WITHOUT_WORDS as WITHOUT_WORDS
 from .help import epilog
@@ -376,6 +377,7 @@ def warm_up_(
 
 app.add_typer(cell_app)
 app.command("dose-response", epilog=epilog("dose-response"))(dose_response_)
+app.command("fit", epilog=epilog("fit"))(fit_)
 app.command("map", epilog=epilog("map"))(map_)
 app.command("paper", epilog=epilog("paper"))(paper)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .dose_command import EXAMPLES as DOSE_EXAMPLES
+from .fit_command import EXAMPLES as FIT_EXAMPLES
 from .map_command import EXAMPLES as MAP_EXAMPLES
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
 
@@ -52,6 +53,7 @@ EXAMPLES = {
     "batch": ("peristalsis batch friction.toml", "peristalsis batch friction.toml --workers 2 --out out/friction"),
     "check": ("peristalsis check out/baseline", "peristalsis check out/baseline out/thin --quarantine"),
     "dose-response": DOSE_EXAMPLES,
+    "fit": FIT_EXAMPLES,
     "map": MAP_EXAMPLES,
     "paper": PAPER_EXAMPLES,
     "warm-up": ("peristalsis warm-up", "peristalsis warm-up --set tissue.cell=hodgkin_huxley"),
