@@ -209,13 +209,13 @@ def main() -> None:
     save_text(
         "drugs.md",
         "# Agents and interventions\n\n"
-        "Written by `python evidence/drugs.py`; a research model, not medical advice. Baseline, reading `tight` unless\n"
-        "said otherwise; numbers of agents and their sources: `peristalsis list drugs`. What it means is in\n"
+        "Written by `python evidence/drugs.py`; a research model, not medical advice. Baseline, reading `tight` "
+        "unless\nsaid otherwise; numbers of agents and their sources: `peristalsis list drugs`. What it means is in\n"
         "[drugs.md](../drugs.md).\n\n## Dose and response\n\n"
         + table(head, response_rows(found))
-        + "\nThe EC50 is the concentration of half of an agent's own largest effect, which may be small: the next to last\n"
-        "columns say whether half of the control's speed is reached at all. The speed is mean travel over the time until\n"
-        "the pellet is out, or over 10 s.\n\n![speed against concentration](drugs.png)\n\n"
+        + "\nThe EC50 is the concentration of half of an agent's own largest effect, which may be small: the next to "
+        "last\ncolumns say whether half of the control's speed is reached at all. The speed is mean travel over the time "
+        "until\nthe pellet is out, or over 10 s.\n\n![speed against concentration](drugs.png)\n\n"
         "![nifedipine where the L-type channel is the fast one](nifedipine.png)\n\n## Two agents together\n\n"
         "Speed as a share of that without either; the last but one column is the product of both alone.\n\n"
         + table(

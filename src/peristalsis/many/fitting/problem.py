@@ -119,33 +119,37 @@ class Problem:
             found.append(np.concatenate(parts))
         return found
 
-    def jacobian(self, x: Floats) -> Floats:
+    def jacobian(self, x: Floats, held: int | None = None) -> Floats:
         """Derivatives of the residuals by the coordinates, (n, m), by differences of runs, or of the track for offsets.
+
+        held: a coordinate that stays as it is, whose column is left out.
 
         A difference goes to the other side at a bound, and where a run fails; nan where both do.
         """
         low, high = self.bounds
         points, steps = [x], []
-        for k in range(len(self.free)):
+        moving = [k for k in range(len(self.free)) if k != held]
+        for k in moving:
             step = DIFFERENCE if x[k] + DIFFERENCE <= high[k] else -DIFFERENCE
             steps.append(step)
             points.append(_moved(x, k, step))
         first, *others = self.residuals_at(points)
         columns = [(other - first) / step for other, step in zip(others, steps, strict=True)]
-        for k, column in enumerate(columns):
-            if not np.isfinite(column).all() and low[k] <= x[k] - steps[k] <= high[k]:
-                columns[k] = (self.residuals(_moved(x, k, -steps[k])) - first) / -steps[k]
-        begin = 0
+        for at, (k, step) in enumerate(zip(moving, steps, strict=True)):
+            if not np.isfinite(columns[at]).all() and low[k] <= x[k] - step <= high[k]:
+                columns[at] = (self.residuals(_moved(x, k, -step)) - first) / -step
+        begin, at = 0, len(self.free)
         for one in self.observed:
             own = slice(begin, begin + one.time.size)
             begin = own.stop
             if self.offsets.place:
                 columns.append(_only(first, own, 1.0))
+                at += 1
             if self.offsets.time:
-                at = len(columns)
                 columns.append(
                     _only(first, own, (self.residuals(_moved(x, at, DIFFERENCE))[own] - first[own]) / DIFFERENCE)
                 )
+                at += 1
         return np.stack(columns, axis=1)
 
     def configuration(self, x: Floats, one: Observed | None = None) -> Configuration:

@@ -12,7 +12,7 @@ from .problem import Problem
 
 Floats = NDArray[np.float64]
 
-LEVELS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
+LEVELS = (1.0, 2.0, 3.0, 5.0, 8.0)
 """Where a parameter is held, in standard errors on either side, until the fit is worse than any that is accepted."""
 LEAST_ERROR = 1e-3
 """Smallest standard error that points are spread by, so that no profile is drawn within the model's roughness."""
@@ -87,11 +87,11 @@ def _others(problem: Problem, guess: Floats, k: int) -> tuple[Floats, float] | N
         solved = least_squares(
             lambda part: problem.residuals(whole(part)),
             guess[rest],
-            jac=lambda part: problem.jacobian(whole(part))[:, rest],
+            jac=lambda part: problem.jacobian(whole(part), held=k),
             bounds=(low[rest], high[rest]),
             ftol=1e-3,  # a rise is read off, for which a thousandth of the sum is enough
             xtol=1e-4,
-            max_nfev=8,
+            max_nfev=5,
         )
     except ValueError:  # of a run that failed
         return None
