@@ -114,9 +114,10 @@ def test_two_tracks_under_different_conditions_tell_them_apart(tmp_path):
 
 def test_offsets_that_are_stated_are_taken_away_and_free_ones_are_found(tmp_path):
     moved = Track(TIMES + 0.3, seen().position + 12.0, "moved")
-    given = fit([moved], [VISCOUS], time_offset=0.3, place_offset=1.2, out=tmp_path, profiles=False)
+    given = fit(observed([moved], time_offset=0.3, place_offset=1.2), [VISCOUS], out=tmp_path, profiles=False)
     assert given.values[VISCOUS] == pytest.approx(180.0, rel=1e-6)
-    found = fit([moved], [VISCOUS], time_offset=0.3, free_offsets=Offsets(place=True), out=tmp_path, profiles=False)
+    dated = observed([moved], time_offset=0.3)
+    found = fit(dated, [VISCOUS], free_offsets=Offsets(place=True), out=tmp_path, profiles=False)
     assert found.values[VISCOUS] == pytest.approx(180.0, rel=1e-4)
     assert found.numbers()["offsets"]["place of moved"] == pytest.approx(1.2, abs=1e-4)
     # A bend in the track dates it.
@@ -169,6 +170,13 @@ def test_tied_parameters_have_one_value(tmp_path):
     assert len(set(one.changes(math.log(3.0)).values())) == 1
 
 
+def test_a_track_that_says_nothing_of_a_parameter_has_its_bounds_as_interval(tmp_path):
+    # The active force of the longitudinal layer is in no track of this model.
+    found = fit([seen(0.02)], ["longitudinal.active"], out=tmp_path)
+    assert found.estimates[0].interval == (found.problem.free[0].low, found.problem.free[0].high)
+    assert found.estimates[0].profile == (None, None)
+
+
 @pytest.mark.parametrize(
     ("free", "bounds", "said"),
     [
@@ -191,7 +199,7 @@ def test_what_cannot_be_free_is_refused(free, bounds, said):
 
 def test_tracks_that_the_model_cannot_have_are_refused(tmp_path):
     with pytest.raises(ConfigurationError, match="before the model starts"):
-        fit([seen()], [VISCOUS], time_offset=10.0, out=tmp_path)
+        fit(observed([seen()], time_offset=10.0), [VISCOUS], out=tmp_path)
     with pytest.raises(ConfigurationError, match="state the scale"):
         fit([Track(TIMES, 100.0 * seen().position)], [VISCOUS], out=tmp_path)
     with pytest.raises(ConfigurationError, match="too few"):

@@ -42,6 +42,8 @@ class Free:
 
     def value(self, coordinate: float) -> float:
         """The value, in the unit of the parameter, never outside of the bounds by rounding."""
+        if not self.coordinate(self.low) < coordinate < self.coordinate(self.high):
+            return self.low if coordinate <= self.coordinate(self.low) else self.high
         found = math.exp(coordinate) if self.logarithmic else coordinate * self.scale
         return min(max(float(found), self.low), self.high)
 

@@ -188,9 +188,6 @@ def fit(
     *,
     scenario: Configuration | str = "baseline",
     bounds: Mapping[str, tuple[object, object]] | None = None,
-    scale: tuple[float, float] | None = None,
-    time_offset: float = 0.0,
-    place_offset: float = 0.0,
     free_offsets: Offsets | None = None,
     noise: float | None = None,
     profiles: bool = True,
@@ -200,7 +197,7 @@ def fit(
 ) -> Fit:
     """Find the parameters with which the pellet's track comes nearest to those observed.
 
-    tracks, scale, time_offset [s], place_offset [cm]: see `observed`. free, bounds: see `free_parameters`. noise:
+    tracks: see `observed`, which knows scales and offsets of recordings. free, bounds: see `free_parameters`. noise:
     standard deviation of a position [cm]; that of the residuals unless stated. out: folder; finished runs are kept in
     it. Raises ConfigurationError for what cannot be begun; a fit that fails later is returned with its status.
     """
@@ -214,7 +211,7 @@ def fit(
     ):
         listed = tuple(one for one in tracks if isinstance(one, Observed))
     else:
-        listed = observed(tracks, scale=scale, time_offset=time_offset, place_offset=place_offset)  # type: ignore[arg-type]
+        listed = observed(tracks)  # type: ignore[arg-type]
     check(listed, base.wall.length)
     folder = Path(located(out)) / "runs"
     problem = Problem(
