@@ -1,7 +1,7 @@
 """What agents and interventions do: docs/evidence/drugs.md and its pictures, from some two hundred runs.
 
-Dose and response of eleven agents, of five under both readings of the calcium channels, two agents together, and the paper's
-advice (a lubricant with a bulk former, no calcium agents in constipation) under each reading of the paper. Finished
+Dose and response of eleven agents (five of them under both readings of the calcium channels), two agents together, the
+advice of the paper (lubricant with bulk former, no calcium agents in constipation) under each of its readings. Finished
 runs are kept in out/evidence_drugs, so a second call only writes. A research model, not medical advice.
 """
 
