@@ -47,6 +47,8 @@ FEW_FIGURES = ("diameter_map", "track")
 
 LONG = {
     "paper": "runs every experiment; tests/unit/test_paper_report.py",
+    "dose-response": "compares motion, and there is none within milliseconds; tests/unit/test_dose_response.py",
+    "fit": "finds nothing in runs of milliseconds; tests/unit/test_fit.py",
 }
 """Commands that are parsed and not carried out here, and where they are."""
 BESIDE = {"verification": verification.command.app, "benchmarks": benchmarks.command.app}

@@ -164,6 +164,8 @@ def test_examples_run(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captu
     monkeypatch.setattr(Plots, "film", film)
     monkeypatch.setattr("peristalsis.cli.paper_command.carry_out_order", lambda order, screen: 0)
     monkeypatch.setattr("peristalsis.cli.batching.batch", lambda file, out, workers, screen, drugs, library: 0)
+    for command in ("dose", "fit"):
+        monkeypatch.setattr(f"peristalsis.cli.{command}_command.carry_out", lambda order, screen: 0)
     monkeypatch.setattr(Plots, "scene", scene)
     writers = SimpleNamespace(export_csv=export, export_vtk=export)
     monkeypatch.setitem(sys.modules, "peristalsis.plots.export", writers)
