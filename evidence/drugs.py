@@ -194,7 +194,7 @@ def draw(found: Mapping[tuple[str, str], DoseResponse]) -> None:
             axes.set_xscale("log")
             axes.set(xlabel="concentration / IC50 of the first target", title=channels)
             axes.grid(alpha=0.25)
-            axes.legend(ncols=2, fontsize=7)
+            axes.legend(loc="lower left", fontsize=7)
         figure.axes[0].set_ylabel("mean speed / that of the control")
         figure.savefig(FOLDER / "drugs.png")
     found["nifedipine", "L-type is fast"].figure().savefig(FOLDER / "nifedipine.png")

@@ -75,7 +75,11 @@ def fit_hill_curve(concentrations: Floats, response: Floats, seed: int = 0, resa
     )
     low, high = np.percentile(again, BAND, axis=0)
     half, slope, bottom = float(np.exp(best[0])), float(np.exp(best[1])), float(best[2])
-    outside = not logs[0] <= best[0] <= logs[-1]
+    reasons = []
+    if not logs[0] <= best[0] <= logs[-1]:
+        reasons.append("the half effect lies outside of the concentrations: an extrapolation")
+    if slope > 0.99 * STEEPEST:
+        reasons.append("the response falls in a step between two concentrations, which no slope describes")
     return HillCurve(
         half,
         slope,
@@ -84,7 +88,7 @@ def fit_hill_curve(concentrations: Floats, response: Floats, seed: int = 0, resa
         (float(np.exp(low[1])), float(np.exp(high[1]))),
         (float(low[2]), float(high[2])),
         float(np.sqrt(np.mean(residuals**2))),
-        "the half effect lies outside of the concentrations: an extrapolation" if outside else "",
+        "; ".join(reasons),
     )
 
 
