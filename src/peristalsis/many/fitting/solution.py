@@ -34,7 +34,10 @@ Floats = NDArray[np.float64]
 
 CONFIDENCE = 0.95
 MOST_EVALUATIONS = 40
-TOLERANCES = {"ftol": 1e-6, "xtol": 1e-6, "gtol": 1e-10}
+TOLERANCES = {"ftol": 1e-4, "xtol": 3e-5, "gtol": 1e-10}
+"""Where the search ends: a ten-thousandth of the sum of squares is a tenth of a standard error of one parameter or less
+for up to a hundred positions, and smaller steps are lost in the roughness of the tracks.
+"""
 INSEPARABLE = 0.95
 """Correlation of two estimates beyond which one can hardly be told from the other."""
 SMALLEST_CHANGE = 1e-6
