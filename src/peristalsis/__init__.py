@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .inputs.config import Configuration
     from .many.batch import batch
     from .many.dose_response import dose_response
+    from .many.fitting import fit
     from .many.studies.cohort import cohort
     from .many.studies.sensitivity import sensitivity
     from .many.studies.stall_map import stall_map
@@ -42,6 +43,7 @@ __all__ = [
     "cohort",
     "configuration",
     "dose_response",
+    "fit",
     "load",
     "number",
     "register",
@@ -63,6 +65,7 @@ _HOMES = {
     "cohort": ("many.studies.cohort", "cohort"),
     "configuration": ("scenarios", "configuration"),
     "dose_response": ("many.dose_response", "dose_response"),
+    "fit": ("many.fitting", "fit"),
     "load": ("results.result", "load"),
     "number": ("declared", "number"),
     "register": ("plugins", "register"),

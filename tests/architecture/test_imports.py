@@ -60,7 +60,7 @@ ALLOWED = {
     "plots": PHYSICS | WORDS | {"inputs", "results", "names"},
     "maps": WORDS | {"plots.data", "plots.style", "plots.canvas", "plots.placing"},
     "running": PHYSICS | WORDS | {"plugins", "inputs", "scenarios", "storing", "results", "names", "_version"},
-    "many": PHYSICS | WORDS | {"inputs", "scenarios", "storing", "results", "running", "plots", "names"},
+    "many": PHYSICS | WORDS | {"inputs", "scenarios", "storing", "results", "running", "plots", "maps", "names"},
     "scoring": WORDS | {"inputs", "scenarios", "results", "running", "plots", "many", "_version"},
     "app": WORDS | {"inputs", "scenarios", "results", "running", "plots", "names", "_version"},
     "scoring.bench": {"scoring", "inputs", "results", "running", "plots", "many"},

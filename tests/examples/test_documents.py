@@ -51,6 +51,8 @@ LONG = {
     "sensitivity": "needs pellets that arrive; tests/unit/test_indices.py",
     "paper": "runs every experiment; tests/unit/test_paper_report.py",
     "app": "serves until it is ended; tests/app",
+    "dose-response": "compares motion, and there is none within milliseconds; tests/unit/test_dose_response.py",
+    "fit": "finds nothing in runs of milliseconds; tests/unit/test_fit.py",
 }
 """Commands that are parsed and not carried out here, and where they are."""
 BESIDE = {"verification": verification.command.app, "benchmarks": benchmarks.command.app}

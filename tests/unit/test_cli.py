@@ -166,6 +166,8 @@ def test_examples_run(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captu
     monkeypatch.setattr("peristalsis.cli.batching.batch", lambda file, out, workers, screen, drugs, library: 0)
     for name in ("sweep", "stall_map", "sensitivity", "cohort", "kept"):
         monkeypatch.setattr(f"peristalsis.cli.studying.{name}", lambda *given: 0)
+    for command in ("dose", "fit"):
+        monkeypatch.setattr(f"peristalsis.cli.{command}_command.carry_out", lambda order, screen: 0)
     monkeypatch.setattr(Plots, "scene", scene)
     monkeypatch.setattr("peristalsis.cli.app_command._serve", lambda *words: 0)
     writers = SimpleNamespace(export_csv=export, export_vtk=export)

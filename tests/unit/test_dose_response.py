@@ -49,6 +49,8 @@ def test_what_has_no_half_effect_says_why():
     assert "too few" in fit_hill_curve(CONCENTRATIONS, few).reason
     far = fit_hill_curve(CONCENTRATIONS, hill(9000.0, 1.0, 0.0), resampled=5)
     assert "extrapolation" in far.reason
+    step = fit_hill_curve(CONCENTRATIONS, np.where(CONCENTRATIONS > 30.0, 0.2, 1.0), resampled=5)
+    assert "in a step" in step.reason
 
 
 def test_the_crossing_lies_between_two_points_on_a_logarithmic_axis():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import peristalsis as ps
+from peristalsis.cli.dispatch import dispatch
 from peristalsis.errors import ConfigurationError
 from peristalsis.inputs.build import cell_of_layer
 from peristalsis.inputs.config import Configuration
@@ -250,3 +251,34 @@ def test_agents_of_the_command_line_come_beside_those_of_the_configuration():
 )
 def test_amounts_are_written_with_few_digits(number, text):
     assert amount(number) == text
+
+
+def test_where_drugs_show_they_are_said_to_be_no_advice(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    tiny = [word for key, value in SHORT.items() for word in ("--set", f"{key}={value}")]
+    drugs = ["--drug", "nifedipine 8.1 nM", "--drug", "lubricant 0.5"]
+    assert dispatch(["run", "baseline", *tiny, *drugs, "--no-plots"]) == 0
+    assert "not medical advice" in capsys.readouterr().out
+    stored = Configuration.from_toml(tmp_path / "out" / "baseline" / "config.toml")
+    assert [one.agent for one in stored.drugs] == ["nifedipine"]
+    assert stored.pellet.viscous_friction == 115.0
+    for words in (["list", "drugs"], ["show", "baseline", *drugs]):
+        assert dispatch(words) == 0
+        assert "not medical advice" in capsys.readouterr().out
+    assert dispatch(["cite", "out/baseline"]) == 0
+    assert "pubmed 6185780" in capsys.readouterr().out
+
+
+def test_a_library_without_an_agent_from_it_is_refused(capsys):
+    assert dispatch(["show", "baseline", "--drugs", "l_type_is_fast"]) == 2
+    assert "give --drug as well" in capsys.readouterr().err
+
+
+def test_drugs_of_a_batch_act_on_every_point(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    changes = "\n".join(f"{key} = {value!r}" for key, value in SHORT.items())
+    (tmp_path / "two.toml").write_text(f"[changes]\n{changes}\n[grid]\ndrugs = [['iberiotoxin 1 nM'], []]\n")
+    assert dispatch(["batch", "two.toml", "--drug", "nifedipine 8.1 nM", "--out", "o"]) == 0
+    stored = [Configuration.from_toml(file) for file in (tmp_path / "o" / "runs").glob("*/config.toml")]
+    agents = sorted(tuple(one.agent for one in each.drugs) for each in stored)
+    assert agents == [("iberiotoxin", "nifedipine"), ("nifedipine",)]

@@ -10,6 +10,7 @@ from .app_command import app_
 from .bench_command import bench
 from .cell_command import app as cell_app
 from .dose_command import dose_response_
+from .fit_command import fit_
 from .help import EXAMPLES as EXAMPLES
 from .help import WITHOUT_WORDS as WITHOUT_WORDS
 from .help import epilog
@@ -359,6 +360,7 @@ app.add_typer(cell_app)
 app.command("dose-response", epilog=epilog("dose-response"))(dose_response_)
 app.command("bench", epilog=epilog("bench"))(bench)
 app.command("app", epilog=epilog("app"))(app_)
+app.command("fit", epilog=epilog("fit"))(fit_)
 app.command("map", epilog=epilog("map"))(map_)
 app.command("paper", epilog=epilog("paper"))(paper)
 for command, declared in STUDIES.items():

@@ -37,6 +37,7 @@ class DoseOrder:
     high: str
     points: int
     beside: tuple[str, ...]
+    library: str | None
     input: Input
     out: str | None
     workers: int
@@ -71,8 +72,8 @@ def dose_response_(
     Bands are 95 %, by resampled residuals; the range of the IC50 is carried through. Finished runs are kept, and a
     second call runs only what is missing. A research model, not medical advice.
     """
-    described = Input(name if name or config else "baseline", reading, settings or (), config, library=library)
-    order = DoseOrder(agent, low, high, points, tuple(beside or ()), described, out, workers)
+    described = Input(name if name or config else "baseline", reading, settings or (), config)
+    order = DoseOrder(agent, low, high, points, tuple(beside or ()), library, described, out, workers)
     return Job(lambda screen: carry_out(order, screen), name)
 
 
@@ -100,7 +101,7 @@ def carry_out(order: DoseOrder, screen: Screen) -> int:
         scenario=configuration,
         points=order.points,
         beside=order.beside,
-        library_file=order.input.library,
+        library_file=order.library,
         out=target,
         workers=order.workers,
         progress=progress,

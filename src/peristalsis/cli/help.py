@@ -5,6 +5,7 @@ from __future__ import annotations
 from .app_command import EXAMPLES as APP_EXAMPLES
 from .bench_command import EXAMPLES as BENCH_EXAMPLES
 from .dose_command import EXAMPLES as DOSE_EXAMPLES
+from .fit_command import EXAMPLES as FIT_EXAMPLES
 from .map_command import EXAMPLES as MAP_EXAMPLES
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
 from .study_command import EXAMPLES as STUDY_EXAMPLES
@@ -56,6 +57,7 @@ EXAMPLES = {
     "check": ("peristalsis check out/baseline", "peristalsis check out/baseline out/thin --quarantine"),
     "dose-response": DOSE_EXAMPLES,
     "app": APP_EXAMPLES,
+    "fit": FIT_EXAMPLES,
     "map": MAP_EXAMPLES,
     "paper": PAPER_EXAMPLES,
     **STUDY_EXAMPLES,

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..inputs.drugs import NOT_ADVICE
 from ..many.comparing import NUMBERS, Number, value_of
 from ..names import CERTAIN
 from .streams import Screen, spelled
@@ -33,6 +34,8 @@ def print_summary(result: Result, target: Path, pictures: tuple[str, ...], scree
     )
     if friction:
         screen.table(("friction of the pellet", "used", "in other units", "printed in the paper"), friction)
+    if result.configuration.drugs:
+        screen.table((f"drugs ({NOT_ADVICE})",), ((dose.words(),) for dose in result.configuration.drugs))
     for layer, reason in (summary.get("wave_speed_reason") or {}).items():
         if reason is not None:
             screen.say(f"no wave speed, {layer} layer: {reason}")

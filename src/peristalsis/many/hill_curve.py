@@ -19,6 +19,8 @@ BEYOND = 100.0
 RESAMPLED = 400
 EXACT = {"xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12}
 """Tolerances of the least squares: the curve costs nothing, and a bottom at its bound is approached slowly."""
+RESAMPLING = {"xtol": 1e-6, "ftol": 1e-6, "gtol": 1e-6, "max_nfev": 50}
+"""The same for resampled residuals, of which there are many, and no one counts."""
 BAND = (2.5, 97.5)
 """Percentiles between which a band lies."""
 
@@ -73,7 +75,11 @@ def fit_hill_curve(concentrations: Floats, response: Floats, seed: int = 0, resa
     )
     low, high = np.percentile(again, BAND, axis=0)
     half, slope, bottom = float(np.exp(best[0])), float(np.exp(best[1])), float(best[2])
-    outside = not logs[0] <= best[0] <= logs[-1]
+    reasons = []
+    if not logs[0] <= best[0] <= logs[-1]:
+        reasons.append("the half effect lies outside of the concentrations: an extrapolation")
+    if slope > 0.99 * STEEPEST:
+        reasons.append("the response falls in a step between two concentrations, which no slope describes")
     return HillCurve(
         half,
         slope,
@@ -82,7 +88,7 @@ def fit_hill_curve(concentrations: Floats, response: Floats, seed: int = 0, resa
         (float(np.exp(low[1])), float(np.exp(high[1]))),
         (float(low[2]), float(high[2])),
         float(np.sqrt(np.mean(residuals**2))),
-        "the half effect lies outside of the concentrations: an extrapolation" if outside else "",
+        "; ".join(reasons),
     )
 
 
@@ -102,7 +108,20 @@ def crossing(concentrations: Floats, response: Floats, level: float = 0.5) -> fl
 
 def _curve(parameters: Floats, logs: Floats) -> Floats:
     half, slope, bottom = parameters
-    return np.asarray(1.0 + (bottom - 1.0) / (1.0 + np.exp(-np.exp(slope) * (logs - half))))
+    return np.asarray(1.0 + (bottom - 1.0) * _bound(half, slope, logs))
+
+
+def _bound(half: float, slope: float, logs: Floats) -> Floats:
+    """c^slope / (c^slope + half^slope), from logarithms of all three."""
+    return np.asarray(1.0 / (1.0 + np.exp(-np.exp(slope) * (logs - half))))
+
+
+def _slopes(parameters: Floats, logs: Floats) -> Floats:
+    """Derivatives of `_curve` by its parameters, (n, 3)."""
+    half, slope, bottom = parameters
+    bound, steep = _bound(half, slope, logs), np.exp(slope)
+    rise = (bottom - 1.0) * bound * (1.0 - bound)
+    return np.stack([-rise * steep, rise * steep * (logs - half), bound], axis=1)
 
 
 def _fitted(logs: Floats, shares: Floats, start: Floats | None = None) -> Floats:
@@ -115,8 +134,9 @@ def _fitted(logs: Floats, shares: Floats, start: Floats | None = None) -> Floats
         least_squares(
             lambda parameters: _curve(parameters, logs) - shares,
             np.clip(one, low + 1e-9, high - 1e-9),
+            jac=lambda parameters: _slopes(parameters, logs),
             bounds=(low, high),
-            **EXACT,
+            **(EXACT if start is None else RESAMPLING),
         )
         for one in starts
     ]

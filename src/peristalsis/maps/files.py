@@ -43,9 +43,9 @@ def read(path: str | os.PathLike[str], **options: Any) -> Map:
         raise ConfigurationError(f"{shown(str(path))} does not fit into memory; cut it, or thin it out") from None
 
 
-def tracks(path: str | os.PathLike[str]) -> tuple[Track, ...]:
+def tracks(path: str | os.PathLike[str], scale: tuple[float, float] | None = None) -> tuple[Track, ...]:
     """The tracks of pellets in a CSV file; see `text_files.read_tracks`."""
-    return read_tracks(located(path))
+    return read_tracks(located(path), scale)
 
 
 def write(recorded: Map, path: str | os.PathLike[str], **options: Any) -> Path:

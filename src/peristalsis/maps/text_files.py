@@ -265,25 +265,26 @@ def _channels(table: Table, said: Stated) -> Map:
     return finished(table.path, values, time, place[order], (quantity or "pressure", unit), said, history)
 
 
-def read_tracks(path: Path) -> tuple[Track, ...]:
+def read_tracks(path: Path, scale: tuple[float, float] | None = None) -> tuple[Track, ...]:
     """The tracks in a CSV file: a column of times and one of positions for each pellet, or a column "pellet" besides.
 
-    Positions are from the oral end. Rows without a position are left out. Raises ConfigurationError.
+    Positions are from the oral end. Rows without a position are left out. scale: millimetres a pixel and frames a
+    second, of columns in px and frames, and of those without a unit. Raises ConfigurationError.
     """
     table = table_of(path)
     name, titles = shown(str(path)), [titled(cell)[0].lower() for cell in table.header]
-    if "time" not in titles:
+    at = next((titles.index(word) for word in ("time", "frame", "frames") if word in titles), -1)
+    if at < 0:
         raise ConfigurationError(f"{name} has no column time; begin with 'time [s],position [mm]'")
     rows = numbers(table)
-    at = titles.index("time")
-    time = _axis(rows[:, at], table.header[at], "s", None, table)
+    time = _of_track(rows[:, at], table.header[at], "s", scale, table)
     if "pellet" in titles and "position" in titles:
         which, column = rows[:, titles.index("pellet")], titles.index("position")
-        position = _axis(rows[:, column], table.header[column], "mm", None, table)
+        position = _of_track(rows[:, column], table.header[column], "mm", scale, table)
         groups = [(f"pellet {one:g}", time[which == one], position[which == one]) for one in np.unique(which)]
     else:
         groups = [
-            (titled(cell)[0], time, _axis(rows[:, k], cell, "mm", None, table))
+            (titled(cell)[0], time, _of_track(rows[:, k], cell, "mm", scale, table))
             for k, cell in enumerate(table.header)
             if k != at
         ]
@@ -297,6 +298,25 @@ def read_tracks(path: Path) -> tuple[Track, ...]:
             )
         )
     return tuple(found)
+
+
+def _of_track(values: Floats, cell: str, wanted: str, scale: tuple[float, float] | None, table: Table) -> Floats:
+    """A column in s or mm; in pixels and frames, as it says or for want of a unit, by the scale."""
+    title, unit = titled(cell)
+    in_frames = title.lower() in ("frame", "frames") or (unit or "").lower() in ("frame", "frames")
+    in_pixels = (unit or "").lower() in ("px", "pixel", "pixels")
+    if not (in_frames or in_pixels or (unit is None and scale is not None)):
+        return _axis(values, cell, wanted, None, table)
+    if scale is None:
+        raise ConfigurationError(
+            f"{shown(str(table.path))}: column {shown(cell)} is in pixels or frames; state millimetres a pixel and "
+            "frames a second (scale, --mm-per-px and --frame-rate)"
+        )
+    mm_per_pixel, frame_rate = scale
+    for one in scale:
+        if not 0.0 < one < 1e6:
+            raise ConfigurationError(f"scale = {scale}: {one:g} is none; give numbers above 0")
+    return values / frame_rate if wanted == "s" else values * mm_per_pixel
 
 
 def _is_number(text: str) -> bool:
