@@ -22,9 +22,10 @@ RAN = []
 
 
 def positions(configuration, time):
-    """1 cm + speed x time, speed = (500 mN - dry) / viscous, and a bend that the active force of a layer sets."""
+    """1 cm + speed x time, speed = (500 mN - dry) / viscous, a bend that the circular active force sets, and a jump."""
     speed = (FORCE - configuration.pellet.dry_friction) / configuration.pellet.viscous_friction
-    return 1.0 + speed * time - 0.5 * configuration.circular.active * np.sin(2.0 * time)
+    jump = 0.1 if configuration.longitudinal.active > 1.5 and configuration.pellet.viscous_friction > 180.5 else 0.0
+    return 1.0 + jump + speed * time - 0.5 * configuration.circular.active * np.sin(2.0 * time)
 
 
 def by_formula(configurations, folder, measure, workers, progress):
@@ -161,6 +162,16 @@ def test_a_model_that_misses_the_shape_is_said(tmp_path):
     bent = Track(TIMES, seen().position + 2.0 * np.sin(3.0 * TIMES), "bent")
     found = fit([bent], [VISCOUS], out=tmp_path, profiles=False)
     assert any("neighbouring residuals are alike" in one for one in found.remarks())
+
+
+def test_a_model_that_jumps_beside_the_answer_is_said(tmp_path):
+    rough = ps.configuration("baseline", changes={"longitudinal.active": 2.0, VISCOUS: "180 mN*s/cm"})
+    jumping, smooth = (
+        fit([seen(0.02)], [VISCOUS], scenario=base, out=tmp_path, profiles=False)
+        for base in (rough, ps.configuration("baseline"))
+    )
+    assert any("track jumps where pellet.viscous_friction" in one for one in jumping.remarks())
+    assert smooth.remarks() == ()
 
 
 def test_tied_parameters_have_one_value(tmp_path):

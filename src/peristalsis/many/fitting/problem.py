@@ -152,6 +152,23 @@ class Problem:
                 at += 1
         return np.stack(columns, axis=1)
 
+    def unevenness(self, x: Floats, jacobian: Floats) -> tuple[float, ...]:
+        """How much the derivative by each free parameter differs on its other side, as a share of it; nan if unknown.
+
+        A smooth track is curved by some hundredths over two per cent; a jump of the model between them shows at once.
+        """
+        low, high = self.bounds
+        found = []
+        for k in range(len(self.free)):
+            inside = low[k] <= x[k] - DIFFERENCE and x[k] + DIFFERENCE <= high[k]
+            size = float(np.linalg.norm(jacobian[:, k]))
+            if not inside or size == 0.0:
+                found.append(float("nan"))
+                continue
+            below = (self.residuals(x) - self.residuals(_moved(x, k, -DIFFERENCE))) / DIFFERENCE
+            found.append(float(np.linalg.norm(below - jacobian[:, k]) / size))
+        return tuple(found)
+
     def configuration(self, x: Floats, one: Observed | None = None) -> Configuration:
         """The configuration at a point; of the run for one track, or, without one, to be run by the user."""
         changes: dict[str, object] = {}

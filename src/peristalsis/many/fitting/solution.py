@@ -42,6 +42,8 @@ INSEPARABLE = 0.95
 """Correlation of two estimates beyond which one can hardly be told from the other."""
 SMALLEST_CHANGE = 1e-6
 """Change of a track along one direction of the parameters, of that along the best one, that is no more than nothing."""
+UNEVEN = 0.3
+"""Difference of a derivative from one side to the other beyond which the track jumps there."""
 DEPENDENT = 0.5
 """Correlation of neighbouring residuals beyond which they are no independent noise, and intervals are too narrow."""
 
@@ -78,6 +80,7 @@ class Fit:
     profiles: Mapping[str, Profile] = field(default_factory=dict)
     accepted: float = 0.0
     covariance: Floats | None = None
+    unevenness: tuple[float, ...] = ()
 
     @property
     def success(self) -> bool:
@@ -125,6 +128,13 @@ class Fit:
                     end for end, at in zip(("below", "above"), estimate.profile, strict=True) if at is None
                 )
                 said.append(f"{free.name} has no limit {open_ends} within its bounds: these tracks do not determine it")
+        for estimate, uneven in zip(self.estimates, self.unevenness, strict=False):
+            if uneven > UNEVEN:
+                said.append(
+                    f"the model's track jumps where {estimate.free.name} changes by one per cent here (its derivative "
+                    f"differs by {100.0 * uneven:.0f} % from one side to the other): a search can end at such a jump, "
+                    "and its interval is too narrow; use a finer grid and shorter steps, or begin elsewhere"
+                )
         if self.success and self.dependence > DEPENDENT:
             said.append(
                 f"neighbouring residuals are alike (correlation {self.dependence:.2f}): the model misses the shape "
@@ -277,7 +287,18 @@ def solve(problem: Problem, noise: float | None = None, profiles: bool = True) -
         )
         estimates.append(Estimate(one, one.value(best[k]), ends, by_profile))  # type: ignore[arg-type]
     return Fit(
-        problem, status, message, best, residuals, deviation, tuple(estimates), correlation, drawn, accepted, covariance
+        problem,
+        status,
+        message,
+        best,
+        residuals,
+        deviation,
+        tuple(estimates),
+        correlation,
+        drawn,
+        accepted,
+        covariance,
+        problem.unevenness(best, jacobian),
     )
 
 
