@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
     from ..results.result import Result
+    from .shown_film import ShownFilm
 
 FORMATS = ("png", "svg", "pdf")
 
@@ -111,6 +112,12 @@ class Plots:
         from .film import film
 
         return film(self._result, path, frames, rate)
+
+    def show_film(self, frames: int = 40, rate: int = 10) -> ShownFilm:
+        """The film as an object that a notebook plays; `frames` pictures over the run, `rate` a second."""
+        from .shown_film import shown_film
+
+        return shown_film(self._result, frames, rate)
 
     def scene(self, path: str | os.PathLike[str], **options: Any) -> Path:
         """Write a picture (.png) or a film (.gif, .mp4) of the tube in space; see `plots.scene`. Needs pyvista."""
