@@ -614,7 +614,7 @@ def answer(words: list[str], capsys: Capture) -> Any:
 def test_list(capsys: Capture) -> None:
     content = answer(["list"], capsys)
     assert [each["name"] for each in content["scenarios"]] == list(scenarios.names())
-    assert [each["name"] for each in content["readings"]] == ["tight", "stretched", "printed"]
+    assert [each["name"] for each in content["readings"]] == ["tight", "stretched", "printed", "edge"]
     assert all(each["expected"] and each["title"] for each in content["scenarios"])
 
 

@@ -1,14 +1,18 @@
 """The shipped numbers: each has a unit, a tag and a source, and those that can be recomputed are."""
 
+import csv
 import dataclasses
+from pathlib import Path
 from typing import get_args
 
 import pytest
 
+from peristalsis import scenarios
 from peristalsis.errors import ReadingNotFound
 from peristalsis.inputs import parameters
 from peristalsis.inputs.config import FIELDS
 from peristalsis.inputs.parameters import PARAMETERS, READINGS, SOURCES, Parameter, Tag, shipped
+from peristalsis.scoring import sources
 from peristalsis.units import CANONICAL_UNITS
 
 TYPES = {"number": float, "integer": int, "switch": bool, "choice": str, "list": tuple, "names": tuple, "part": str}
@@ -90,10 +94,30 @@ def test_readings() -> None:
         "tight": (0.795, 0.9, 10.0),
         "stretched": (0.795, 1.5, 0.00794),
         "printed": (0.795, 0.75, 0.00794),
+        "edge": (0.795, 0.8924, 24.45),
     }
-    for reading in READINGS.values():
-        assert set(reading.parameters) == set(keys)
+    for name, reading in READINGS.items():
         assert reading.why
+        if name != "edge":
+            assert set(reading.parameters) == set(keys)
+
+
+def test_the_fitted_reading_is_a_point_of_the_search() -> None:
+    """Its numbers are those of the best point in the table that is published, and nothing else was moved."""
+    space = sources.get("paper").space
+    assert space is not None
+    table = Path(__file__).resolve().parents[2] / "docs" / "paper" / "candidates.csv"
+    with table.open(encoding="utf-8", newline="") as stream:
+        best = next(csv.DictReader(stream))
+    drawn = {one.name: float(best[one.name]) for one in space.free} | {
+        one.name: best[one.name] for one in space.choices
+    }
+    changes = space.changes(drawn, float(best["force"]), scenarios.configuration(reading="tight").flat())
+    found = scenarios.configuration(reading="edge").flat()
+    expected = scenarios.configuration(reading="tight", changes=changes).flat()
+    for key in set(found) - {"reading"}:
+        assert found[key] == (pytest.approx(expected[key], rel=1e-8) if key.endswith("_scale") else expected[key]), key
+    assert {one.tag for key, one in READINGS["edge"].parameters.items() if key != "wall.radius"} == {"fitted"}
 
 
 def test_unknown_reading() -> None:

@@ -14,7 +14,7 @@ MaybeName = Annotated[
 Reading = Annotated[
     str | None,
     typer.Option(
-        "--reading", metavar="R", help="Reading of the paper's doubtful numbers: tight, stretched or printed."
+        "--reading", metavar="R", help="Reading of the paper's doubtful numbers: tight, stretched, printed or edge."
     ),
 ]
 Settings = Annotated[

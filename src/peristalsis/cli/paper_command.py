@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..scoring.source import Source
 
 FIGURES = ("1", "2", "3", "4", "5", "6", "7")
-READINGS = ("tight", "stretched", "printed", "all")
+READINGS = ("tight", "stretched", "printed", "edge", "all")
 MOST_WORKERS = 64
 
 EXAMPLES = (
@@ -57,7 +57,7 @@ def paper(
         str | None, typer.Option("--figure", metavar="N", help="Run and draw only figure N of the paper, 1 to 7.")
     ] = None,
     reading: Annotated[
-        str, typer.Option("--reading", metavar="R", help="Reading: tight, stretched, printed or all.")
+        str, typer.Option("--reading", metavar="R", help="Reading: tight, stretched, printed, edge or all.")
     ] = "tight",
     workers: Annotated[int, typer.Option("--workers", metavar="N", help="Processes that run at a time.")] = 2,
     out: Annotated[str, typer.Option("--out", metavar="DIR", help="Folder of the report and of the kept runs.")] = (

@@ -44,8 +44,8 @@ def run(
     """Run a scenario (the file's own, or the baseline, if none is named) and return its result.
 
     changes: parameters by name, values as text with a unit ("120 mN*s/cm") or plain for numbers without unit.
-    reading: tight, stretched or printed. file: a TOML configuration laid over the scenario. out: folder to store the
-    result in, with checkpoints on the way; without it nothing is written. resume: go on from the newest checkpoint
+    reading: tight, stretched, printed or edge. file: a TOML configuration laid over the scenario. out: folder to store
+    the result in, with checkpoints on the way; without it nothing is written. resume: go on from the newest checkpoint
     that an earlier run to this folder (out/SCENARIO unless given) left, or return its result if it had finished; one
     that had finished goes on from its end if only `run.duration` or a stop condition has changed.
     certain: run the doubled grid and the halved steps as well and compare: `summary["certain"]` says whether they

@@ -197,7 +197,7 @@ def explanations(source: Source, scores: Scores) -> Table:
 
 
 def numbers(tag: str, readings: Sequence[str] = tuple(READINGS)) -> Table:
-    """Every shipped number of one tag, calibrated or chosen, those of the readings among them."""
+    """Every shipped number of one tag, such as chosen, those of the readings among them."""
     seen: dict[tuple[str, str], tuple[str, ...]] = {}
     for reading in readings:
         for key, about in shipped(reading).items():
@@ -233,6 +233,7 @@ def all_tables(source: Source, outcomes: Sequence[Outcome], scores: Scores) -> t
         sets(source),
         numbers("calibrated", readings),
         numbers("chosen", readings),
+        numbers("fitted", readings),
     )
     return tuple(_in_words_of(source, one) for one in found if one.rows)
 
