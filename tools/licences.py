@@ -8,7 +8,7 @@ CLASS = "License :: "
 
 
 def licence(about: dict[str, list[str]]) -> str:
-    """The licence in a distribution's metadata: its expression, else its classifiers, else the first line of its text."""
+    """The licence that a distribution states: its expression, else its classifiers, else the first line of its text."""
     for expression in about.get("License-Expression", []):
         return expression
     classes = [text.split(" :: ")[-1] for text in about.get("Classifier", []) if text.startswith(CLASS)]
