@@ -1,4 +1,4 @@
-# make demo | test | test-app | lint | coverage | verify | matrix | mutants | bench | robust | docs | wheel | clean
+# make demo | test | test-app | lint | coverage | verify | matrix | mutants | bench | robust | docs | audit | wheel | clean
 #
 # Everything runs in .venv, made once and made again only when pyproject.toml or constraints.txt change.
 # Another interpreter: make demo PYTHON=python3.12
@@ -28,7 +28,7 @@ remake := yes
 endif
 endif
 
-.PHONY: help demo test test-app lint coverage verify matrix mutants bench robust docs wheel clean FORCE
+.PHONY: help demo test test-app lint coverage verify matrix mutants bench robust docs audit wheel clean FORCE
 .DELETE_ON_ERROR:
 
 help:
@@ -44,6 +44,7 @@ help:
 	@echo "make robust   440 random configurations, run and judged (goes on where it was stopped; three quarters of an hour on"
 	@echo "              two cores); make robust ARGS='--quick --workers 2' for every day; ARGS=--help says the rest"
 	@echo "make docs     this documentation as a site, its notebooks carried out, into out/site"
+	@echo "make audit    known vulnerabilities and licences of the libraries in the environment (asks the net)"
 	@echo "make wheel    a wheel with compiled kernels, into dist (some minutes): a first run then compiles nothing"
 	@echo "make clean    remove .venv, caches and builds (results in out/ stay)"
 
@@ -110,6 +111,11 @@ docs: $(READY)
 	@rm -rf out/site
 	@$(BIN)/python -m sphinx -q -W --keep-going -b html -c docs/site -d out/site-pages docs out/site
 	@$(BIN)/python docs/site/links.py out/site
+
+audit: $(READY)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt pip-audit
+	@$(BIN)/python tools/licences.py
+	@$(BIN)/python -m pip_audit --local --skip-editable --progress-spinner off
 
 wheel: $(READY)
 	@$(BIN)/python tools/wheel.py --surface --explicit

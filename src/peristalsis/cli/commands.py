@@ -301,6 +301,28 @@ def export_(
     return Job(lambda screen: export(folder, kind, out, overwrite, screen, every, fields or [], compress, units))
 
 
+@app.command("bundle", epilog=epilog("bundle"))
+def bundle_(
+    folder: Folder,
+    out: Annotated[
+        str | None, typer.Option("--out", metavar="FILE", help="The zip; FOLDER.zip beside the folder unless given.")
+    ] = None,
+    agent: Annotated[str | None, typer.Option("--agent", metavar="NAME", help="Who ran it.")] = None,
+    licence: Annotated[
+        str | None, typer.Option("--license", metavar="URL", help="Address of the licence of the results.")
+    ] = None,
+    overwrite: Overwrite = False,
+    as_json: Json = False,
+) -> Job:
+    """Write a stored run as one file for an archive.
+
+    A zip with its files and their description as an RO-Crate (profile Process Run Crate), which repositories read.
+    """
+    from .stored import bundle
+
+    return Job(lambda screen: bundle(folder, out, agent, licence, overwrite, screen))
+
+
 @app.command("compare", epilog=epilog("compare"))
 def compare_(
     runs: Annotated[list[str], typer.Argument(metavar="RUN RUN...", help="Folders of stored runs.")],

@@ -50,6 +50,10 @@ EXAMPLES = {
         "peristalsis export out/baseline --out tables",
         "peristalsis export out/baseline --format vtk",
     ),
+    "bundle": (
+        "peristalsis bundle out/baseline",
+        "peristalsis bundle out/baseline --agent 'A. Researcher' --license https://spdx.org/licenses/CC-BY-4.0",
+    ),
     "compare": (
         "peristalsis compare out/baseline out/thin",
         "peristalsis compare out/baseline out/thin out/reflex_only --out out/compared",

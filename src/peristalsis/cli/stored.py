@@ -107,6 +107,19 @@ def export(
     return _say_written(files, screen)
 
 
+def bundle(
+    folder: str, out: str | None, agent: str | None, licence: str | None, overwrite: bool, screen: Screen
+) -> int:
+    """Write a stored run as one zip with a description of it (RO-Crate)."""
+    from ..results.bundle import bundle as write
+
+    home = _home(folder)
+    target = _beside(home) if out is None else located(out)
+    with _taken(target, overwrite):
+        file = write(home, target, agent, licence)
+    return _say_written([file], screen)
+
+
 def compare(folders: Sequence[str], out: str | None, overwrite: bool, screen: Screen) -> int:
     """Numbers of stored runs side by side; with a folder, pictures of their tracks and differences."""
     from ..many import comparing
@@ -183,6 +196,12 @@ def _write_comparison(
 def _home(folder: str) -> Path:
     """The folder of a stored run that is named by its folder or by its file."""
     return Path(folder).parent if Path(folder).is_file() else Path(folder)
+
+
+def _beside(home: Path) -> Path:
+    """The zip that lies beside a folder and has its name."""
+    place = located(home).resolve()
+    return place.with_name(f"{place.name}.zip")
 
 
 def _load(folder: str, screen: Screen) -> Result:
