@@ -140,7 +140,8 @@ class Configuration(Sections):
     @classmethod
     def from_record(cls, source: str | PathLike[str]) -> Self:
         """As `from_toml`, of a run that is stored: choices that its version did not have are what it did."""
-        return cls(**{**LATER, **flatten(read_toml(source))})
+        later = {key: units.written(value, PARAMETERS[key].unit) for key, value in LATER.items()}
+        return cls(**{**later, **flatten(read_toml(source))})
 
     def with_changes(self, changes: Mapping[Any, Any]) -> Self:
         """A new configuration.  Texts are read by the type of their field ("true", "12", "[2 cm, 5 cm]").
