@@ -28,8 +28,8 @@ assert SOURCE.space is not None
 EDGE = SOURCE.space.edge
 PAGES = ROOT / "docs" / "paper"
 FORCES = tuple(float(f"{x:.3g}") for x in np.geomspace(0.3, 1.2, 17))
-VISCOUS = tuple(float(f"{x:.3g}") for x in np.geomspace(57.5, 1200.0, 13))
-RATIOS = tuple(float(f"{x:.3g}") for x in np.arange(0.98, 1.2001, 0.02))
+VISCOUS = tuple(float(f"{x:.3g}") for x in np.geomspace(57.5, 1200.0, 13)[:11])
+RATIOS = tuple(float(f"{x:.3g}") for x in np.arange(0.98, 1.2001, 0.03))
 FINER = {"grid.n_z": 1400, "grid.n_z_wall": 1300, "step.wall": "2.5 ms", "step.conduction": "0.5 ms"}
 COLOURS = {RIDES: "#4477aa", CAUGHT: "#ccbb44", LEFT: "#ee8866", ARRESTED: "#bbbbbb"}
 
@@ -40,6 +40,7 @@ class Map:
 
     name: str
     label: str
+    forces: tuple[float, ...]
     values: tuple[float, ...]
     key: str
     unit: str
@@ -57,15 +58,15 @@ MAPS = (
     Map(
         "viscous",
         "viscous friction (mN·s/cm)",
+        FORCES,
         VISCOUS,
         "pellet.viscous_friction",
         "mN*s/cm",
         {
             "norm": 230.0,
-            "B": 115.0,
+            "x 0.5": 115.0,
             "Fig. 3 C": 200.0,
             "Fig. 3 D": 90.0,
-            "Fig. 3 F": 1200.0,
             "x 2": 460.0,
             "x 4": 920.0,
         },
@@ -73,6 +74,7 @@ MAPS = (
     Map(
         "ratio",
         "radius of the pellet over that of the tube",
+        FORCES[::2],
         RATIOS,
         "pellet.radius",
         "cm",
@@ -93,10 +95,10 @@ def records(cases: Mapping[str, Configuration], folder: Path, workers: int) -> d
 
 def measured(of: Map, folder: Path, workers: int) -> tuple[list[list[str]], np.ndarray[Any, Any]]:
     """Regime and transit [s] (nan where there is none) at every force (columns) and value (rows)."""
-    cases = {f"{of.name} {f:g} {v:g}": of.configuration(f, v) for v in of.values for f in FORCES}
+    cases = {f"{of.name} {f:g} {v:g}": of.configuration(f, v) for v in of.values for f in of.forces}
     rows = records(cases, folder, workers)
-    regimes = [[EDGE.regime(rows[f"{of.name} {f:g} {v:g}"].summary) for f in FORCES] for v in of.values]
-    transits = [[rows[f"{of.name} {f:g} {v:g}"].summary.get("transit_s") for f in FORCES] for v in of.values]
+    regimes = [[EDGE.regime(rows[f"{of.name} {f:g} {v:g}"].summary) for f in of.forces] for v in of.values]
+    transits = [[rows[f"{of.name} {f:g} {v:g}"].summary.get("transit_s") for f in of.forces] for v in of.values]
     return regimes, np.array([[np.nan if t is None else t for t in row] for row in transits], dtype=float)
 
 
@@ -105,9 +107,11 @@ def checked(of: Map, regimes: Sequence[Sequence[str]], folder: Path, workers: in
     row = min(range(len(of.values)), key=lambda k: abs(of.values[k] - of.experiments["norm"]))
     riding = [k for k, found in enumerate(regimes[row]) if found == RIDES]
     columns = (
-        (riding[0] - 1, riding[0], len(FORCES) - 1) if riding and riding[0] else (0, len(FORCES) // 2, len(FORCES) - 1)
+        (riding[0] - 1, riding[0], len(of.forces) - 1)
+        if riding and riding[0]
+        else (0, len(of.forces) // 2, len(of.forces) - 1)
     )
-    places = [(FORCES[k], of.values[row], regimes[row][k]) for k in columns]
+    places = [(of.forces[k], of.values[row], regimes[row][k]) for k in columns]
     cases = {f"finer {f:g} {v:g}": of.configuration(f, v, FINER) for f, v, _ in places}
     rows = records(cases, folder, workers)
     return [
@@ -134,9 +138,9 @@ def draw(of: Map, regimes: Sequence[Sequence[str]], transits: np.ndarray[Any, An
         axes = figure.subplots()
         numbers = np.array([[REGIMES.index(one) if one else np.nan for one in row] for row in regimes])
         colours = ListedColormap([COLOURS[one] for one in REGIMES])
-        axes.pcolormesh(FORCES, of.values, numbers, cmap=colours, vmin=-0.5, vmax=3.5, shading="nearest", alpha=0.85)
+        axes.pcolormesh(of.forces, of.values, numbers, cmap=colours, vmin=-0.5, vmax=3.5, shading="nearest", alpha=0.85)
         lines = axes.contour(
-            FORCES, of.values, transits, levels=(2.3, 2.4, 2.5, 3.0, 4.0, 6.0), colors="black", linewidths=0.8
+            of.forces, of.values, transits, levels=(2.3, 2.4, 2.5, 3.0, 4.0, 6.0), colors="black", linewidths=0.8
         )
         axes.clabel(lines, fmt="%g s", fontsize=7)
         axes.set_xscale("log")
@@ -147,8 +151,9 @@ def draw(of: Map, regimes: Sequence[Sequence[str]], transits: np.ndarray[Any, An
             axes.set_yticks((60, 100, 230, 460, 920), labels=("60", "100", "230", "460", "920"))
             axes.minorticks_off()
         for name, value in of.experiments.items():
-            axes.plot(1.0, value, "o", color="white", markeredgecolor="black", markersize=5)
-            axes.annotate(name, (1.0, value), xytext=(5, 3), textcoords="offset points", fontsize=7)
+            if name != "norm" and of.values[0] <= value <= of.values[-1]:
+                axes.plot(1.0, value, "o", color="white", markeredgecolor="black", markersize=5)
+                axes.annotate(name, (1.0, value), xytext=(-7, -3), textcoords="offset points", fontsize=7, ha="right")
         axes.plot(
             1.0, of.experiments["norm"], "*", color="white", markeredgecolor="black", markersize=13, label="tight"
         )
@@ -160,6 +165,7 @@ def draw(of: Map, regimes: Sequence[Sequence[str]], transits: np.ndarray[Any, An
                 "edge", (edge.circular.active, place), xytext=(6, -11), textcoords="offset points", fontsize=8
             )
         axes.annotate("tight", (1.0, of.experiments["norm"]), xytext=(6, -11), textcoords="offset points", fontsize=8)
+        axes.set_ylim(of.values[0], of.values[-1])
         axes.set_xlabel("force of muscle, both layers (1 = printed)")
         axes.set_ylabel(of.label)
         figure.legend(
