@@ -50,6 +50,7 @@ LONG = {
     "cohort": "runs some hundred members; tests/unit/test_cohort.py",
     "sensitivity": "needs pellets that arrive; tests/unit/test_indices.py",
     "paper": "runs every experiment; tests/unit/test_paper_report.py",
+    "bench": "runs every assay; tests/unit/test_bench.py",
     "app": "serves until it is ended; tests/app",
     "dose-response": "compares motion, and there is none within milliseconds; tests/unit/test_dose_response.py",
     "fit": "finds nothing in runs of milliseconds; tests/unit/test_fit.py",
@@ -102,7 +103,7 @@ def tiny(configuration: Configuration, duration: float | None) -> Configuration:
     if configuration.grid.n_theta > FEW_COLUMNS:
         changes["grid.n_theta"] = FEW_COLUMNS
     if duration is not None and configuration.run.duration > duration:
-        changes["run.duration"] = f"{duration} s"
+        changes["run.duration"] = f"{max(duration, 1e-3 * configuration.step.wall)} s"  # a step at the least
     return configuration.with_changes(changes)
 
 
