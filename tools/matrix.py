@@ -63,7 +63,10 @@ def lowest(project: Mapping[str, object]) -> dict[str, str]:
     for group in extras.values():
         lines += group
     found: dict[str, str] = {}
+    own = f"{project.get('name', '')}["
     for line in lines:
+        if line.startswith(own):  # an extra made of another one, whose requirements are there themselves
+            continue
         match = _BOUND.match(line)
         bounds = re.findall(r"(?:>=|==|~=)\s*([0-9][^,\s]*)", match.group(2)) if match else []
         if match is None or len(bounds) != 1 or match.group(3):

@@ -62,7 +62,7 @@ def test_packed_numbers_are_as_many_as_the_shape_has() -> None:
     for config, count in ((configured(), 1), (stool, 3)):
         pellet = shape_of(config).pellet(dry=17.0, viscous=3.0, tangential=True, lowest=0.25)
         numbers = packed(pellet)
-        assert numbers.size == 10 + count
+        assert numbers.size == 16 + count
         assert numbers[PELLET_DRY] == 17.0
         unpacked = shape_of(config).binding.module("pellet.body").unpack_pellet(numbers)
         assert tuple(unpacked.shape) == tuple(pellet.shape)
