@@ -170,6 +170,7 @@ def test_examples_run(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captu
         monkeypatch.setattr(f"peristalsis.cli.{command}_command.carry_out", lambda order, screen: 0)
     monkeypatch.setattr(Plots, "scene", scene)
     monkeypatch.setattr("peristalsis.cli.app_command._serve", lambda *words: 0)
+    monkeypatch.setattr("peristalsis.cli.paper_command.search_order", lambda order, screen: 0)
     writers = SimpleNamespace(export_csv=export, export_vtk=export)
     monkeypatch.setitem(sys.modules, "peristalsis.plots.export", writers)
     (here / "my.toml").write_text('scenario = "resting"\n[lumen]\npressure = "1 mmHg"\n', encoding="utf-8")

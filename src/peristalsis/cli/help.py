@@ -52,7 +52,7 @@ EXAMPLES = {
     ),
     "bundle": (
         "peristalsis bundle out/baseline",
-        "peristalsis bundle out/baseline --agent 'A. Researcher' --license https://spdx.org/licenses/CC-BY-4.0",
+        "peristalsis bundle out/baseline --out b.zip --agent 'A. Researcher' --license https://spdx.org/licenses/CC-BY-4.0",
     ),
     "compare": (
         "peristalsis compare out/baseline out/thin",
