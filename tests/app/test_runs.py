@@ -1,5 +1,6 @@
 """Runs behind the page, over its WebSocket and without a browser: frames, changes, limits, what goes with the page."""
 
+import contextlib
 import json
 import os
 import struct
@@ -216,7 +217,9 @@ def _children(process: int) -> set[str]:
         pytest.skip("there is no /proc to see processes in")
     found: set[str] = set()
     for thread in place.iterdir():
-        found |= set(thread.joinpath("children").read_text(encoding="ascii").split())
+        # A thread may end between its being listed and its being read.
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+            found |= set(thread.joinpath("children").read_text(encoding="ascii").split())
     return found
 
 

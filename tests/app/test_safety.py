@@ -1,5 +1,6 @@
 """Nobody speaks to the app but its own page on this machine: hostile requests over plain sockets, all refused."""
 
+import contextlib
 import re
 import socket
 from pathlib import Path
@@ -229,26 +230,28 @@ def test_only_loopback_listens(live: Live) -> None:
             _, own, _, state, *rest = line.split()
             if state == "0A":
                 listening.add((own.partition(":")[0], int(own.partition(":")[2], 16), rest[5]))
-    inodes = {
-        link.readlink().name
-        for place in _family(live.process)
-        for link in place.joinpath("fd").iterdir()
-        if _is_link(link)
-    }
+    inodes = {name for place in _family(live.process) for name in _open_in(place)}
     own_sockets = [(address, port) for address, port, inode in listening if f"socket:[{inode}]" in inodes]
     assert own_sockets == [("0100007F", live.port)]
 
 
 def _family(process: int) -> list[Path]:
-    children = Path(f"/proc/{process}/task/{process}/children").read_text(encoding="ascii").split()
+    """A process and what it started, as their places in /proc; one that ends meanwhile has no children."""
+    try:
+        children = Path(f"/proc/{process}/task/{process}/children").read_text(encoding="ascii").split()
+    except (FileNotFoundError, ProcessLookupError):
+        children = []
     return [Path(f"/proc/{process}"), *(place for child in children for place in _family(int(child)))]
 
 
-def _is_link(link: Path) -> bool:
-    try:
-        return bool(link.readlink())
-    except OSError:
-        return False
+def _open_in(place: Path) -> set[str]:
+    """What the descriptors of a process stand for; they close, and processes end, while one looks."""
+    found: set[str] = set()
+    with contextlib.suppress(OSError):
+        for link in place.joinpath("fd").iterdir():
+            with contextlib.suppress(OSError):
+                found.add(link.readlink().name)
+    return found
 
 
 def test_the_page_has_no_script_of_its_own_text(live: Live) -> None:
