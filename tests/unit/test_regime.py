@@ -10,12 +10,15 @@ from typing import Any
 import pytest
 
 from peristalsis import scenarios
+from peristalsis.errors import WriteError
 from peristalsis.inputs.config import Configuration
 from peristalsis.inputs.parameters import shipped
 from peristalsis.many.rows import Row
-from peristalsis.scoring import regime, runs, sources
+from peristalsis.scoring import runs, sources
 from peristalsis.scoring.regime import NO_EDGE, OFF, SCORED, SCREENED_OUT, Search, merit, ranked, table
+from peristalsis.scoring.report import write_table
 from peristalsis.scoring.runs import Bench
+from peristalsis.scoring.source import Table
 
 SOURCE = sources.get("paper")
 assert SOURCE.space is not None
@@ -47,7 +50,6 @@ def search(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Search:
     def sweep(configurations: Mapping[str, Configuration], *_: Any) -> dict[str, Row]:
         return {name: Row(made_up(one)) for name, one in configurations.items()}
 
-    monkeypatch.setattr(regime, "sweep", sweep)
     monkeypatch.setattr(runs, "sweep", sweep)
     edge = replace(SPACE.edge, halvings=5)
     asked = replace(SPACE.objective, claims=(1, 4, 22), screening=("baseline", "eta_x2", "pellet_x1.05"))
@@ -130,3 +132,13 @@ def test_merit_counts_claims_then_parts_then_the_transit(search: Search) -> None
     assert distance == 0.0
     late = replace(best, measured={**best.measured, "baseline": {**best.measured["baseline"], "transit_s": 2.5}})
     assert merit(SOURCE.claims, search.space, late)[2] == pytest.approx(-0.1)
+
+
+def test_a_table_that_cannot_be_written_is_one_sentence(tmp_path: Path) -> None:
+    """Two hours of runs do not end in a traceback: the runs are kept, and the folder can be another."""
+    blocked = tmp_path / "file"
+    blocked.write_text("here already")
+    found = Table("candidates", "Points", "", ("point",), (("s000",),))
+    with pytest.raises(WriteError, match="could not write the report into"):
+        write_table(found, blocked)
+    assert write_table(found, tmp_path / "new").read_text() == "point\ns000\n"

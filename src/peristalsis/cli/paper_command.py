@@ -147,8 +147,8 @@ def search_order(order: PaperOrder, screen: Screen) -> int:
     """Search the space of the source, write the table of its points, and say which are best; the exit code."""
     from ..scoring import sources
     from ..scoring.regime import Search, table
+    from ..scoring.report import write_table
     from ..scoring.runs import Bench
-    from ..storing import disk
 
     begin = time.monotonic()
     screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(order.out / 'runs')}: call again to go on"
@@ -158,9 +158,7 @@ def search_order(order: PaperOrder, screen: Screen) -> int:
     bench = Bench(source, order.out / "runs", order.workers, _Progress(screen, "search"))
     search = Search(bench, source.space, order.sets(source)[0], screen.say)
     found = table(source.claims, source.space, search.carry_out())
-    path = order.out / f"{found.name}.csv"
-    disk.DISK.make_folder(order.out)
-    disk.replace_file(path, found.csv().encode("utf-8"))
+    path = write_table(found, order.out)
     spent = time.monotonic() - begin
     screen.table(found.columns[:9], [row[:9] for row in found.rows[:10]])
     screen.answer({"status": "finished", "written": str(path), "points": len(found.rows), "wall_s": round(spent, 1)})

@@ -8,15 +8,13 @@ follows from the space and from kept runs, so that a second search, or one taken
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from .. import scenarios
-from ..errors import ConfigurationError
-from ..inputs.config import Configuration
 from ..many.rows import Row
-from ..many.sweep import sweep
 from .claim import Claim
 from .experiment import Experiment
 from .outcome import Condition
@@ -45,10 +43,9 @@ class Candidate:
     status: str = ""
     measured: Measured = field(default_factory=dict)
 
-    @property
-    def transit(self) -> float | None:
+    def transit(self, space: Space) -> float | None:
         """Of the norm [s]."""
-        return self.measured.get("baseline", {}).get("transit_s")
+        return self.measured.get(space.edge.run, {}).get("transit_s")
 
 
 @dataclass(frozen=True)
@@ -75,9 +72,11 @@ class Search:
     def condition(self, candidate: Candidate, force: float | None = None) -> Condition:
         """Under what a candidate's experiments are made, with its own force or another."""
         at = candidate.force if force is None else force
-        return Condition(self.reading, self.space.changes(candidate.values, at, self._base()), candidate.name)
+        return Condition(self.reading, self.space.changes(candidate.values, at, self._base), candidate.name)
 
+    @functools.cached_property
     def _base(self) -> Mapping[str, Any]:
+        """The numbers of the reading, on which factors are."""
         return scenarios.configuration(reading=self.reading).flat()
 
     def _round(self, candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
@@ -130,7 +129,7 @@ class Search:
         rows = self._records((self.condition(one), run) for one in kept for run in runs)
         for one in kept:
             found.append(replace(one, measured={run.name: rows[one.name, run.name].summary for run in runs}))
-        return sorted(found, key=lambda one: one.name)
+        return found
 
     def _whole(self, candidate: Candidate) -> Candidate:
         """Everything that the objective reads, searches for thresholds among it."""
@@ -143,19 +142,9 @@ class Search:
 
     def _records(self, runs: Iterable[tuple[Condition, Experiment]]) -> dict[tuple[str, str], Row]:
         """Records of runs under many conditions, by condition and run; all missing ones are made side by side."""
-        found: dict[tuple[str, str], Row] = {}
-        accepted: dict[str, Configuration] = {}
-        names: dict[str, tuple[str, str]] = {}
-        for condition, run in runs:
-            key = (condition.title, run.name)
-            try:
-                accepted[" ".join(key)] = run.configuration(condition.reading, condition.variant)
-                names[" ".join(key)] = key
-            except ConfigurationError as error:
-                found[key] = Row({"status": "refused", "error": str(error)})
-        bench = self.bench
-        rows = sweep(accepted, bench.folder, bench.source.measure, bench.workers, bench.progress)
-        return found | {names[name]: row for name, row in rows.items()}
+        asked = {(condition.title, run.name): (condition, run) for condition, run in runs}
+        rows = self.bench.carry({" ".join(key): case for key, case in asked.items()})
+        return {key: rows[" ".join(key)] for key in asked}
 
 
 def _middle(low: float, high: float) -> float:
@@ -166,7 +155,7 @@ def merit(claims: Sequence[Claim], space: Space, candidate: Candidate) -> tuple[
     """Claims asked that hold, their parts that hold, and minus the distance of the transit from its target."""
     scores = [score(claim, candidate.measured) for claim in claims if claim.number in space.objective.claims]
     parts = sum(found.holds is True for one in scores for found in one.findings)
-    transit = candidate.transit
+    transit = candidate.transit(space)
     distance = abs(transit - space.objective.target) if transit is not None else space.objective.target
     return sum(one.verdict == HOLDS for one in scores), parts, -distance
 
@@ -189,10 +178,11 @@ def table(claims: Sequence[Claim], space: Space, candidates: Sequence[Candidate]
     for one in ranked(claims, space, candidates):
         holds, parts, _ = merit(claims, space, one)
         verdicts = [score(claim, one.measured).verdict if one.measured else "" for claim in asked]
-        transit = f"{one.transit:.4f}" if one.transit is not None else ""
+        transit = one.transit(space)
         rows.append(
             (
-                *(one.name, one.parent, one.status, f"{one.low:.5g}", f"{one.high:.5g}", f"{one.force:.6g}", transit),
+                *(one.name, one.parent, one.status, f"{one.low:.5g}", f"{one.high:.5g}", f"{one.force:.6g}"),
+                f"{transit:.4f}" if transit is not None else "",
                 *(str(holds), str(parts)),
                 *(str(one.values[name]) for name in names),
                 *verdicts,

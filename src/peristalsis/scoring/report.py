@@ -5,7 +5,8 @@ from __future__ import annotations
 import base64
 import html
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -63,8 +64,7 @@ def write_report(
     """
     target = Path(folder)
     chosen = [one for one in source.pictures if only is None or one.number == only]
-    try:
-        target.mkdir(parents=True, exist_ok=True)
+    with _into(target):
         images = {one.name: _write_picture(one, outcomes, target) for one in chosen if one.drawable(outcomes)}
         if only is not None:
             return target / f"{chosen[0].name}.png"
@@ -73,12 +73,28 @@ def write_report(
             _write(target / f"{table.name}.csv", table.csv().encode("utf-8"))
         page = page_of(source, tables, [(one, images[one.name]) for one in chosen if one.name in images], note)
         _write(target / PAGE, page.encode("utf-8"))
+    return target / PAGE
+
+
+def write_table(table: Table, folder: Path) -> Path:
+    """Write one table as CSV into a folder and return its path. Raises WriteError."""
+    path = folder / f"{table.name}.csv"
+    with _into(folder):
+        _write(path, table.csv().encode("utf-8"))
+    return path
+
+
+@contextmanager
+def _into(folder: Path) -> Iterator[None]:
+    """The folder is there, and what goes wrong with it or in it is said in one sentence."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
     except OSError as error:
         raise WriteError(
-            f"could not write the report into {shown(str(target))}: {error.strerror or error}; choose another folder "
+            f"could not write the report into {shown(str(folder))}: {error.strerror or error}; choose another folder "
             "with --out"
         ) from None
-    return target / PAGE
 
 
 def _write_picture(picture: Picture, outcomes: Sequence[Outcome], folder: Path) -> bytes:

@@ -35,14 +35,18 @@ class Bench:
     progress: Progress | None = None
 
     def records(self, runs: Iterable[Experiment], condition: Condition) -> dict[str, Row]:
-        """The records of runs; an experiment that the configuration refuses has a record that says so."""
+        """The records of runs under one condition, by name."""
+        return self.carry({run.name: (condition, run) for run in runs})
+
+    def carry(self, cases: Mapping[str, tuple[Condition, Experiment]]) -> dict[str, Row]:
+        """The records of cases, by name, made side by side; one that the configuration refuses has one that says so."""
         found: dict[str, Row] = {}
         accepted: dict[str, Configuration] = {}
-        for run in runs:
+        for name, (condition, run) in cases.items():
             try:
-                accepted[run.name] = run.configuration(condition.reading, condition.variant)
+                accepted[name] = run.configuration(condition.reading, condition.variant)
             except ConfigurationError as error:
-                found[run.name] = Row({"status": "refused", "error": str(error)})
+                found[name] = Row({"status": "refused", "error": str(error)})
         return found | sweep(accepted, self.folder, self.source.measure, self.workers, self.progress)
 
     def search(self, search: Search, condition: Condition) -> tuple[Threshold, dict[str, Row]]:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import qmc
 
 from ..units import DIMENSIONLESS, format_quantity
 
@@ -134,6 +133,8 @@ class Space:
 
     def drawn(self) -> tuple[Values, ...]:
         """The points of the scrambled Sobol' sequence; the same for the same seed."""
+        from scipy.stats import qmc  # takes a second to import, and every report reads the space
+
         size = len(self.free) + len(self.choices)
         shares = qmc.Sobol(size, scramble=True, seed=np.random.default_rng(self.seed)).random(self.samples)
         return tuple(self._at(row) for row in shares)
