@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import peristalsis as ps
 from peristalsis import maps
 from peristalsis.errors import ConfigurationError
 from peristalsis.inputs import tables
@@ -231,3 +232,28 @@ def test_every_picture_is_drawn(tmp_path: Path) -> None:
         assert words in svg
     axes = drawn["map"].axes[0]
     assert axes.get_ylim() == (100.0, 0.0), "the oral end is on top"
+
+
+def test_muscle_of_a_run_is_excited_where_and_when_the_recording_contracted(tmp_path: Path) -> None:
+    """Both tables that a map writes drive a run. The ring is faster than what cells pass on, so its speed is kept."""
+    ring = Ring(begin=1.0, place=10.0, speed=60.0, extent=70.0, amplitude=4.0)
+    found = maps.contractions(maps.recording([ring], 24.0, noise=0.2))
+    pressure = maps.recording([replace(ring, amplitude=1.0)], 24.0, quantity="pressure", rest=0.75)
+    run = ps.run(
+        "baseline",
+        {
+            "stimuli": f"table {courses.write_stimuli(found, tmp_path / 'again.csv', 2.0)}",
+            "protocols": f"lumen.pressure: table {courses.write_course(pressure, 50.0, tmp_path / 'pressure.csv')}",
+            "pacemaker.kind": "none",
+            "reflex.enabled": False,
+            "run.duration": "2.5 s",
+            "grid.n_z": 250,
+            "grid.n_z_wall": 200,
+        },
+    )
+    begun = run.arrays["activation_circular"][:, 0]
+    place = 100.0 * (np.arange(begun.size) + 0.5) / begun.size
+    inside = (place > 12.0) & (place < 78.0)
+    slowness, onset = np.polyfit(place[inside] - 10.0, begun[inside], 1)
+    assert 1.0 / slowness == pytest.approx(60.0, rel=0.05)
+    assert onset == pytest.approx(found[0].begin, abs=0.1)
