@@ -1,6 +1,7 @@
-"""Writes docs/paper/edge.md from the report of the fitted reading: `python evidence/edge_claims.py FOLDER`.
+"""Writes docs/paper/edge.md from the report of the fitted reading: `python evidence/edge_claims.py FOLDER [VARIANTS]`.
 
-The folder is that of `peristalsis paper --reading edge --out FOLDER`.
+The folder is that of `peristalsis paper --reading all --out FOLDER`, or with `--reading edge`; the second, if there is
+one, that of `peristalsis paper --reading edge --variant all --out VARIANTS`.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from paper_claims import PAGE, cell, rows_of, table
+from paper_claims import PAGE, cell, rows_of, table, variants
 
 from peristalsis.scoring import sources
 
@@ -16,7 +17,8 @@ HEAD = """# Claims under the reading `edge`
 
 Made by `python evidence/edge_claims.py` from the tables of `peristalsis paper --reading edge`. *Asked*: the search that
 found the reading counted this claim, so it is no prediction. *Held out*: it was not looked at. In brackets, the parts
-that fail. The other readings: [claims](claims.md); what it means: [the regime of the paper](regimes.md).
+that fail. The other readings: [claims](claims.md); what it means: [the regime of the paper](regimes.md); how far each
+number can be moved: [width](width.md).
 
 """
 
@@ -36,10 +38,12 @@ def main() -> None:
     text = HEAD + f"**{kept['asked']} of {asked} that were asked hold, and {kept['held out']} of {out} held out.**\n\n"
     text += table(["claim", "", "edge"], rows)
     text += "\n## Thresholds\n\n"
-    thresholds = rows_of(folder, "thresholds")
+    thresholds = [row for row in rows_of(folder, "thresholds") if row["reading"].startswith("edge")]
     text += table(list(thresholds[0]), [list(row.values()) for row in thresholds])
+    if len(sys.argv) > 2:
+        text += variants(Path(sys.argv[2]), "edge")
     text += "\n## Grounds\n\n"
-    grounds = rows_of(folder, "parts")
+    grounds = [row for row in rows_of(folder, "parts") if row["reading"] == "edge"]
     text += table(
         ["claim", "part", "holds", "found"], [[r["claim"], r["part"], r["holds"], r["found"]] for r in grounds]
     )

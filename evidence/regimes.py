@@ -1,7 +1,7 @@
-"""How the pellet travels over the force of muscle, its friction and its size; and how wide the reading `edge` is.
+"""How the pellet travels over the force of muscle, its friction and its size, under the reading `tight`.
 
 `python evidence/regimes.py [FOLDER [WORKERS]]` keeps finished runs in FOLDER (out/paper unless said otherwise) and
-writes docs/paper/regimes.md with two pictures. Some twenty minutes on one core, nothing if the runs are there.
+writes docs/paper/maps.md with two pictures. Some twenty minutes on one core, nothing if the runs are there.
 """
 
 from __future__ import annotations
@@ -31,6 +31,22 @@ FORCES = tuple(float(f"{x:.3g}") for x in np.geomspace(0.3, 1.2, 17))
 VISCOUS = tuple(float(f"{x:.3g}") for x in np.geomspace(57.5, 1200.0, 13)[:11])
 RATIOS = tuple(float(f"{x:.3g}") for x in np.arange(0.98, 1.2001, 0.03))
 FINER = {"grid.n_z": 1400, "grid.n_z_wall": 1300, "step.wall": "2.5 ms", "step.conduction": "0.5 ms"}
+PAGE = """# Regimes over force, friction and size
+
+Made by `python evidence/regimes.py`. The numbers of the reading `tight`, with the force of both layers
+and one other number changed: what a pellet does, lines of equal transit, and the paper's experiments
+as points. The reading `edge` differs in other numbers too, so its place on these maps is only near its
+edge. What they say: [the regime of the paper](regimes.md).
+
+![Regimes over force and viscous friction](regimes_viscous.png)
+
+![Regimes over force and the size of the pellet](regimes_ratio.png)
+
+## Again on doubled grids, with halved steps
+
+Three points of each map on the row of the norm: beside the edge on either side, and at the full force.
+
+"""
 COLOURS = {RIDES: "#4477aa", CAUGHT: "#ccbb44", LEFT: "#ee8866", ARRESTED: "#bbbbbb"}
 
 
@@ -127,7 +143,7 @@ def checked(of: Map, regimes: Sequence[Sequence[str]], folder: Path, workers: in
     ]
 
 
-def draw(of: Map, regimes: Sequence[Sequence[str]], transits: np.ndarray[Any, Any], edge: Configuration | None) -> None:
+def draw(of: Map, regimes: Sequence[Sequence[str]], transits: np.ndarray[Any, Any], edge: Configuration) -> None:
     """The map with lines of equal transit, the experiments, and both readings."""
     from matplotlib.colors import ListedColormap
     from matplotlib.figure import Figure
@@ -157,13 +173,10 @@ def draw(of: Map, regimes: Sequence[Sequence[str]], transits: np.ndarray[Any, An
         axes.plot(
             1.0, of.experiments["norm"], "*", color="white", markeredgecolor="black", markersize=13, label="tight"
         )
-        if edge is not None:
-            radius = edge.pellet.radius / edge.wall.radius
-            place = edge.pellet.viscous_friction if of.name == "viscous" else radius
-            axes.plot(edge.circular.active, place, "D", color="white", markeredgecolor="black", markersize=8)
-            axes.annotate(
-                "edge", (edge.circular.active, place), xytext=(6, -11), textcoords="offset points", fontsize=8
-            )
+        radius = edge.pellet.radius / edge.wall.radius
+        place = edge.pellet.viscous_friction if of.name == "viscous" else radius
+        axes.plot(edge.circular.active, place, "D", color="white", markeredgecolor="black", markersize=8)
+        axes.annotate("edge", (edge.circular.active, place), xytext=(6, -11), textcoords="offset points", fontsize=8)
         axes.annotate("tight", (1.0, of.experiments["norm"]), xytext=(6, -11), textcoords="offset points", fontsize=8)
         axes.set_ylim(of.values[0], of.values[-1])
         axes.set_xlabel("force of muscle, both layers (1 = printed)")
@@ -180,17 +193,14 @@ def main() -> None:
     """Measure, draw, and write what the page quotes."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out/paper") / "runs"
     workers = int(sys.argv[2]) if len(sys.argv) > 2 else 1
-    try:
-        edge = scenarios.configuration("baseline", reading="edge")
-    except Exception:
-        edge = None
+    edge = scenarios.configuration("baseline", reading="edge")
     again = []
     for of in MAPS:
         regimes, transits = measured(of, folder, workers)
         draw(of, regimes, transits, edge)
         again += checked(of, regimes, folder, workers)
     head = ("map", "force", "value", "regime", "on doubled grids", "transit there (s)")
-    (PAGES / "regimes_checked.md").write_text(table(head, again), encoding="utf-8")
+    (PAGES / "maps.md").write_text(PAGE + table(head, again), encoding="utf-8")
     print(table(head, again))
 
 
