@@ -292,6 +292,7 @@ function tick(now) {
   if (late && now - charted > 150) view.dirty = true;
   if (!view.dirty) return;
   view.dirty = false;
+  $("view").classList.toggle("empty", !present().length); // before the sizes of what is drawn are asked for
   arrange();
   labels();
   const end = latest();
