@@ -1,10 +1,11 @@
 """Which Pythons and which versions of the libraries the package works with, tried as a user installs it.
 
 For every Python that can be found, with the newest libraries and with the lowest that pyproject.toml declares: an
-environment is made, a wheel is installed in it, a run of one second is computed and its fingerprint taken, the command
-line is called, and some quick tests are run. Outcomes are kept in out/matrix, one file an entry, so that a second call
-goes on where the first was stopped; a changed source makes them stale. Whatever goes wrong in an entry is its outcome,
-and the next one follows. The table is docs/evidence/compatibility.md.
+environment is made, a wheel is installed in it, a run of one second is computed and its fingerprint taken, what `make
+demo` does is done, and some quick tests are run. Then each extra is added by itself and tested. Outcomes are kept in
+out/matrix, one file an entry, so that a second call goes on where the first was stopped; a changed source makes them
+stale. Whatever goes wrong in an entry is its outcome, and the next one follows. The table is
+docs/evidence/compatibility.md.
 """
 
 from __future__ import annotations
@@ -28,6 +29,21 @@ CHOICES = ("newest", "lowest")
 SHOWN = ("numpy", "numba", "scipy", "pydantic", "typer", "click", "pint", "h5py", "h5netcdf", "xarray", "matplotlib")
 TESTS = ("test_checkpoint.py", "test_result.py", "test_units.py", "test_surroundings.py")
 TEST_TOOLS = ("pytest", "hypothesis")
+QUICK = "not slow and not browser"
+EXTRAS: Mapping[str, Sequence[str]] = {
+    "app": ("-m", QUICK, "tests/app/test_asked.py", "tests/app/test_drugs.py", "tests/app/test_runs.py"),
+    "browser": ("-m", "browser", "tests/app/test_drugs.py"),
+    "studies": ("-m", QUICK, "tests/unit/test_indices.py", "tests/unit/test_study_sweep.py"),
+    "cluster": ("-m", QUICK, "tests/unit/test_cluster.py"),
+    "cells": ("-m", QUICK, "tests/unit/test_cells.py"),
+    "benchmarks": ("-m", QUICK, "tests/unit/test_benchmark_myokit.py"),
+    "surface": ("-m", QUICK, "tests/unit/test_surface.py"),
+    "movie": ("-m", QUICK, "tests/unit/test_plots.py", "-k", "mp4 or film"),
+    "dev": ("-m", QUICK, "-n", "2", "tests/unit/test_grid.py", "tests/unit/test_units.py"),
+    "docs": (),
+}
+"""What is asked of pytest for each extra; the site is built for `docs`, its notebooks left as they are."""
+SITE = ("-q", "-b", "html", "-D", "nb_execution_mode=off", "-c", "docs/site")
 PATIENCE = 3600.0
 """Seconds that a step of an entry may take; a cold compile on a busy machine is the longest."""
 
@@ -154,8 +170,8 @@ def attempt(interpreter: str, choice: str, folder: Path, bounds: Mapping[str, st
         found |= json.loads(call([python, "-c", RUN], folder, "run of 1 s", log).splitlines()[-1])
         if not str(found.pop("place")).startswith(str(folder)):
             raise Failed("run of 1 s: the package was not that of the environment")
-        words = ["run", "baseline", "--set", "run.duration=10 ms", "--set", "grid.n_z=50", "--out", folder / "result"]
-        call([python, "-m", "peristalsis", *words], folder, "command line", log)
+        call([python, "-m", "peristalsis", "run", "baseline", "--out", folder / "demo"], folder, "demo", log)
+        found["pictures"] = len(list((folder / "demo").rglob("*.png")))
         call([python, "-m", "peristalsis", "run", "--help"], folder, "help", log)
         files = [ROOT / "tests" / "unit" / name for name in TESTS]
         words = ["-q", "-W", "default", "-p", "no:cacheprovider", "--rootdir", ROOT]
@@ -163,12 +179,33 @@ def attempt(interpreter: str, choice: str, folder: Path, bounds: Mapping[str, st
             call([python, "-m", "pytest", *words, *files], ROOT, "tests", log)
         finally:
             found["tests"] = counted(log.read_text(encoding="utf-8"))
+        found["extras"] = {
+            extra: with_extra(extra, python, [*install, f"{wheel}[{extra}]"], folder) for extra in EXTRAS
+        }
     except Failed as failure:
         found["outcome"] = str(failure)
     except Exception as error:  # whatever it is, the other entries are tried
         found["outcome"] = f"{type(error).__name__}: {error}"
     shutil.rmtree(folder / "environment", ignore_errors=True)
     return found | {"seconds": round(time.monotonic() - begin)}
+
+
+def with_extra(extra: str, python: Path, install: Sequence[str | Path], folder: Path) -> str:
+    """What came of adding an extra to an environment: the count of its tests, or what failed.
+
+    Wheels alone are taken: what would have to be compiled is no version that a user gets.
+    """
+    log = folder / f"{extra}.txt"
+    try:
+        call([*install, "--only-binary", ":all:"], folder, "install", log)
+        if extra == "docs":
+            call([python, "-m", "sphinx", *SITE, "docs", folder / "site"], ROOT, "site", log)
+            return f"{len(list((folder / 'site').rglob('*.html')))} pages"
+        words = ["-q", "-W", "default", "-p", "no:cacheprovider", *EXTRAS[extra]]
+        call([python, "-m", "pytest", *words], ROOT, "tests", log)
+        return counted(log.read_text(encoding="utf-8"))
+    except Failed as failure:
+        return str(failure)
 
 
 def counted(said: str) -> str:
@@ -185,17 +222,19 @@ def page(outcomes: Iterable[tuple[str, str, Mapping[str, object]]]) -> str:
         "",
         "Made by `make matrix` (`tools/matrix.py`): for each Python that was found, the package is installed from its",
         "wheel into a fresh environment, with the newest libraries and with the lowest that `pyproject.toml` declares.",
-        "Then one second of the baseline is computed, the command line is called, and the tests of units,",
-        "checkpoints, results and surroundings are run. The *fingerprint* is that of every number of the run.",
+        "Then one second of the baseline is computed, what `make demo` does is done (its pictures are counted), and",
+        "tests of units, checkpoints, results and surroundings are run. The *fingerprint* is that of every number of",
+        "the run of one second and of the version.",
         "",
-        "| Python | libraries | outcome | pellet after 1 s [cm] | fingerprint | tests |",
-        "|---|---|---|---|---|---|",
+        "| Python | libraries | outcome | pellet after 1 s [cm] | fingerprint | demo | tests |",
+        "|---|---|---|---|---|---|---|",
     ]
     for version, choice, found in rows:
         cells = [str(found.get("python", version)), choice, str(found.get("outcome", "")).replace("|", "\\|")]
         position = found.get("position")
         cells += [f"{position:.12g}" if isinstance(position, float) else "–"]
-        cells += [str(found.get("fingerprint", "–")), str(found.get("tests", "–"))]
+        drawn = f"{found['pictures']} pictures" if "pictures" in found else "–"
+        cells += [str(found.get("fingerprint", "–")), drawn, str(found.get("tests", "–"))]
         lines.append(f"| {' | '.join(cells)} |")
     lines += ["", f"| Python | libraries | {' | '.join(SHOWN)} |", f"|---|---|{'---|' * len(SHOWN)}"]
     for version, choice, found in rows:
@@ -203,6 +242,7 @@ def page(outcomes: Iterable[tuple[str, str, Mapping[str, object]]]) -> str:
         assert isinstance(versions, Mapping)
         shown = [str(versions.get(name, "–")) for name in SHOWN]
         lines.append(f"| {found.get('python', version)} | {choice} | {' | '.join(shown)} |")
+    lines += _of_extras(rows)
     positions = [found["position"] for *_, found in rows if isinstance(found.get("position"), float)]
     if len(positions) > 1:
         spread = max(positions) - min(positions)  # type: ignore[type-var, operator]
@@ -212,6 +252,23 @@ def page(outcomes: Iterable[tuple[str, str, Mapping[str, object]]]) -> str:
             f"The positions differ by at most {spread:.1e} cm; of fingerprints there are {hashes}.",
         ]
     return "\n".join([*lines, ""])
+
+
+def _of_extras(rows: Sequence[tuple[str, str, Mapping[str, object]]]) -> list[str]:
+    """A table of what came of each extra, with a column an entry that got so far."""
+    tried = {
+        f"{found.get('python', version)} {choice}": found["extras"]
+        for version, choice, found in rows
+        if "extras" in found
+    }
+    if not tried:
+        return []
+    lines = ["", "Each extra, added from wheels alone, and its tests:", "", f"| extra | {' | '.join(tried)} |"]
+    lines.append(f"|---|{'---|' * len(tried)}")
+    for extra in EXTRAS:
+        said = [str(one.get(extra, "–")).replace("|", "\\|") for one in tried.values() if isinstance(one, Mapping)]
+        lines.append(f"| {extra} | {' | '.join(said)} |")
+    return lines
 
 
 def main(words: Sequence[str] | None = None) -> int:

@@ -7,6 +7,7 @@ becomes the path of that file, since a site has nowhere to lead it; a link to no
 from __future__ import annotations
 
 import importlib
+import inspect
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -129,8 +130,14 @@ def complete(app: Sphinx, env: BuildEnvironment) -> list[str]:
     return []
 
 
+def leave_out(app: Sphinx, kind: str, name: str, member: object, skip: bool, options: object) -> bool | None:
+    """Leave out fields of named tuples, of which Python says their number alone; the signature names them all."""
+    return True if str(inspect.getdoc(member)).startswith("Alias for field number") else None
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Called by Sphinx when it starts."""
     app.connect("source-read", read)
     app.connect("env-updated", complete)
+    app.connect("autodoc-skip-member", leave_out)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -10,12 +11,16 @@ import urllib.request
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
+if TYPE_CHECKING:
+    from .visiting import Visit
+
 QUICK = {"grid": "quick", "values": {"duration": 1.0}}
 """A run of a second or so."""
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
 @dataclass(frozen=True)
@@ -93,19 +98,18 @@ def live() -> Iterator[Live]:
     for needed in ("starlette", "uvicorn", "websockets"):
         pytest.importorskip(needed)
     words = [sys.executable, "-m", "peristalsis", "app", "--port", "0", "--no-browser", "--wait", "3"]
-    process = subprocess.Popen(
-        words, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1", "OMP_NUM_THREADS": "1"}
-    )
-    assert process.stdout is not None
-    found = re.search(r"127\.0\.0\.1:(\d+)/\?key=(\S+)", process.stdout.readline())
-    assert found is not None
-    without_token = Live(int(found[1]), found[2], "", process.pid)
-    token = re.search(rb'name="token" content="([^"]+)"', without_token.get("/")[2])
-    assert token is not None
-    yield Live(without_token.port, without_token.key, token[1].decode(), process.pid)
-    process.terminate()
-    process.wait(30)
-    process.stdout.close()
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1", "OMP_NUM_THREADS": "1"}
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment) as process:
+        assert process.stdout is not None
+        try:
+            found = re.search(r"127\.0\.0\.1:(\d+)/\?key=(\S+)", process.stdout.readline())
+            assert found is not None, "the server did not say its address"
+            without_token = Live(int(found[1]), found[2], "", process.pid)
+            token = re.search(rb'name="token" content="([^"]+)"', without_token.get("/")[2])
+            assert token is not None
+            yield Live(without_token.port, without_token.key, token[1].decode(), process.pid)
+        finally:
+            process.terminate()
 
 
 @pytest.fixture
@@ -125,3 +129,34 @@ def page(live: Live) -> Iterator[Callable[..., Page]]:
             return Page(opened.enter_context(chat))
 
         yield visit
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """The system's Chromium."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: make test-app does it")
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if found is None:
+        pytest.skip("no Chromium is installed: apt-get install chromium, or make test-app as root")
+    with playwright.sync_playwright() as driver:
+        own = driver.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        yield own
+        own.close()
+
+
+@pytest.fixture
+def visit(browser: Any, live: Live) -> Iterator[Callable[..., "Visit"]]:
+    """Opens pages; in the end none may have complained, nor asked another machine for anything."""
+    from .visiting import Visit
+
+    opened: list[Visit] = []
+
+    def come(**options: Any) -> Visit:
+        opened.append(Visit(browser, live, options))
+        return opened[-1]
+
+    yield come
+    for one in opened:
+        one.context.close()
+    assert [text for one in opened for text in one.complaints] == []
+    assert [address for one in opened for address in one.elsewhere] == []

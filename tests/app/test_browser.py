@@ -1,115 +1,15 @@
 """The page in a real browser: run, change, compare, learn, with the mouse and with the keyboard alone."""
 
-import shutil
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from .conftest import Live
+from .visiting import IDLE, QUICK, Visit
 
 pytestmark = pytest.mark.browser
-
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-QUICK = "a.grid=quick&b.grid=quick&a.v.duration=1.5&b.v.duration=1.5"
-"""Runs of a second or two, by the permalink."""
-IDLE = "&a.s.pacemaker=off&a.s.receptors=off&a.v.duration=60"
-"""Where nothing moves, for a run that lasts."""
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Any]:
-    """The system's Chromium."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: make test-app does it")
-    found = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if found is None:
-        pytest.skip("no Chromium is installed: apt-get install chromium, or make test-app as root")
-    with playwright.sync_playwright() as driver:
-        own = driver.chromium.launch(executable_path=found, args=["--no-sandbox"])
-        yield own
-        own.close()
-
-
-class Visit:
-    """A page in a context of its own, with all that the browser complained of or asked others for."""
-
-    def __init__(self, browser: Any, live: Live, options: dict[str, Any]) -> None:
-        self.live = live
-        self.context = browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options})
-        self.complaints: list[str] = []
-        self.elsewhere: list[str] = []
-        self.page = self.tab()
-
-    def tab(self) -> Any:
-        page = self.context.new_page()
-        page.on(
-            "console", lambda said: self.complaints.append(said.text) if said.type in ("error", "warning") else None
-        )
-        page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        page.on("request", self._asked)
-        page.on("websocket", lambda chat: self._asked(chat))
-        return page
-
-    def _said(self, said: Any) -> None:
-        if said.type in ("error", "warning"):
-            self.complaints.append(said.text)
-
-    def _asked(self, request: Any) -> None:
-        if not request.url.startswith((f"http://{self.live.host}/", f"ws://{self.live.host}/", "blob:", "data:")):
-            self.elsewhere.append(request.url)
-
-    def open(self, state: str = QUICK, page: Any = None) -> Any:
-        page = page or self.page
-        page.goto(f"{self.live.address}#{state}")
-        page.wait_for_selector("html[data-ready]")
-        self.until(
-            "document.getElementById('status').textContent.includes('Choose') || window.peristalsis.records.size"
-        )
-        return page
-
-    def until(self, script: str, page: Any = None, seconds: float = 120.0) -> Any:
-        """Wait for something; scripts are asked from outside, for the page's policy lets none be made in it."""
-        page = page or self.page
-        end = time.monotonic() + seconds
-        while not (found := page.evaluate(script)):
-            assert time.monotonic() < end, f"{script}: {page.inner_text('#status')} {page.inner_text('#problem')}"
-            page.wait_for_timeout(50)
-        return found
-
-    def state(self, slot: str, state: str, page: Any = None) -> None:
-        self.until(
-            "(() => { const { records, shown } = window.peristalsis;"
-            f" const run = records.get(shown.{slot}); return run?.state === '{state}' && run.frames.length > 0 }})()",
-            page,
-        )
-
-    def number(self, script: str) -> float:
-        found: float = self.page.evaluate(f"(() => {{ const p = window.peristalsis; return {script} }})()")
-        return found
-
-    def slide(self, name: str, keys: str, times: int) -> None:
-        self.page.focus(f"#control-{name}")
-        for _ in range(times):
-            self.page.keyboard.press(keys)
-
-
-@pytest.fixture
-def visit(browser: Any, live: Live) -> Iterator[Callable[..., Visit]]:
-    """Opens pages; in the end none may have complained, nor asked another machine for anything."""
-    opened: list[Visit] = []
-
-    def come(**options: Any) -> Visit:
-        opened.append(Visit(browser, live, options))
-        return opened[-1]
-
-    yield come
-    for one in opened:
-        one.context.close()
-    assert [text for one in opened for text in one.complaints] == []
-    assert [address for one in opened for address in one.elsewhere] == []
-
 
 FRAMES = "p.records.get(p.shown.a).frames.length"
 

@@ -71,6 +71,14 @@ def test_answers_follow_from_numbers(name: str, outcomes: list[dict[str, Any]], 
     assert answer is None or answer in lesson.choices
 
 
+def test_the_answer_comes_with_the_numbers_it_is_of() -> None:
+    """What came of each run, so that a guess that was wrong can be seen to be."""
+    found = [told(transit_s=2.382), {**told("arrested"), "words": "The pellet has come to rest"}]
+    assert BY_NAME["friction"].told(found) == ("230 mN·s/cm: transit 2.38 s; 460 mN·s/cm: the pellet has come to rest.")
+    found = [told(narrowest_behind_cm=1.234)]
+    assert BY_NAME["wave"].told(found) == "Normal transit: narrowest place behind the centre 1.23 cm."
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("lesson", LESSONS, ids=lambda lesson: lesson.name)
 def test_what_they_teach_is_so(lesson: Lesson) -> None:

@@ -267,10 +267,13 @@ def test_files(page: Any, live: Live, tmp_path: Path) -> None:
             assert ps.load(tmp_path / "result").configuration.digest() == read(QUICK).configuration().digest()
 
 
-def test_a_result_can_be_saved_on_the_way(page: Any, live: Live) -> None:
+@pytest.mark.parametrize("soon", [False, True], ids=["under way", "before its first picture"])
+def test_a_result_can_be_saved_on_the_way(page: Any, live: Live, soon: bool) -> None:
+    """Asked for at once it comes as soon as there is one: on a slow machine a run takes seconds to begin."""
     own = page()
     name = own.start(LONG)
-    own.word("header", run=name)
+    if not soon:
+        own.word("header", run=name)
     own.say("export", run=name, what="result")
     assert own.until(lambda word: word["kind"] == "export" and word["state"] != "working")["state"] == "ready"
     own.say("order", run=name, order="stop")

@@ -17,8 +17,8 @@ from peristalsis.errors import PeristalsisError
 
 FOLDER = Path(__file__).parents[2] / "docs" / "tutorials"
 NOTEBOOKS = sorted(file.stem for file in FOLDER.glob("*.md") if file.stem != "index")
-SLOW = ("drugs", "your_own_colon")
-"""Notebooks of ten runs and more."""
+SLOW = ("drugs", "fit_a_track", "whole_surface", "your_own_colon")
+"""Notebooks of ten runs and more, or of a long one."""
 CELL = re.compile(r"^```\{code-cell\}\n(?P<tags>:tags: \[.*\]\n\n)?(?P<code>.*?)^```", re.MULTILINE | re.DOTALL)
 MOST_SHOWN = 80_000
 """Characters that an object other than a film may put into a notebook."""

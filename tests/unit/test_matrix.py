@@ -61,8 +61,16 @@ def test_a_broken_entry_hides_no_other_and_outcomes_are_kept(
             (folder / "wheel" / "it.whl").touch()
         if what == "install" and folder.name == "3.11-lowest":
             raise matrix.Failed("install: ERROR: no such version")
-        if what == "tests" and log.parent.name == "3.13-newest":
+        if what == "tests" and log.name == "log.txt" and log.parent.name == "3.13-newest":
             raise OSError("no room")
+        if what == "install" and log.name == "studies.txt":
+            raise matrix.Failed("install: ERROR: no wheel of it")
+        if what == "demo":
+            (folder / "demo" / "figures").mkdir(parents=True)
+            (folder / "demo" / "figures" / "track.png").touch()
+        if what == "site":
+            (log.parent / "site").mkdir()
+            (log.parent / "site" / "index.html").touch()
         if what == "run of 1 s":
             return json.dumps(
                 {"place": str(folder), "position": 2.5, "fingerprint": "abc", "versions": {"numpy": "2.1"}}
@@ -75,13 +83,25 @@ def test_a_broken_entry_hides_no_other_and_outcomes_are_kept(
     assert matrix.main(words) == 1
     assert tried == ["3.11-newest", "3.11-lowest", "3.13-newest", "3.13-lowest"]
     text = (tmp_path / "page.md").read_text(encoding="utf-8")
-    assert "| 3.11 | newest | works | 2.5 | abc | 5 passed |" in text
-    assert "| 3.11 | lowest | install: ERROR: no such version | – | – | – |" in text
+    assert "| 3.11 | newest | works | 2.5 | abc | 1 pictures | 5 passed |" in text
+    assert "| 3.11 | lowest | install: ERROR: no such version | – | – | – | – |" in text
     assert text.count("not tried: no such Python was found") == 2
-    assert "| 3.13 | newest | OSError: no room | 2.5 | abc | 5 passed |" in text
+    assert "| 3.13 | newest | OSError: no room | 2.5 | abc | 1 pictures | 5 passed |" in text
     assert "| 3.13 | lowest | works" in text
+    assert "| extra | 3.11 newest | 3.13 lowest |" in text, "of entries that got so far"
+    assert "| studies | install: ERROR: no wheel of it | install: ERROR: no wheel of it |" in text
+    assert "| cluster | 5 passed | 5 passed |" in text
+    assert "| docs | 1 pages | 1 pages |" in text
     assert matrix.main(words) == 1
     assert len(tried) == 4, "an outcome of the same sources is not computed again"
     (tmp_path / "kept" / "3.11-lowest.json").write_text("{", encoding="utf-8")
     matrix.main([*words, "--python", "3.11"])
     assert tried[4:] == ["3.11-lowest"], "one that was not kept whole is"
+
+
+def test_every_extra_is_tried(matrix: ModuleType) -> None:
+    """An extra without a test promises a lowest version that nobody has run."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert set(matrix.EXTRAS) == set(project["optional-dependencies"])
+    files = [word for words in matrix.EXTRAS.values() for word in words if word.endswith(".py")]
+    assert all((ROOT / file).is_file() for file in files)

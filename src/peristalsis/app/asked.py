@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
 from .. import scenarios
 from ..errors import ConfigurationError, shown, suggestion
 from ..inputs.config import Configuration
+from ..inputs.drugs import changes_by
 from ..inputs.parameters import READINGS
+from . import agents
 from .controls import BY_NAME, CONTROLS, GRIDS, SWITCH_BY_NAME, SWITCHES, applies, live
 
-PARTS = ("scenario", "reading", "grid", "values", "switches")
+PARTS = ("scenario", "reading", "grid", "values", "switches", "drugs", "library")
 
 
 @dataclass(frozen=True)
 class Asked:
     """What one run is to be: a scenario and a reading by name, and what differs from them.
 
-    values: numbers by the name of their control, in the unit of the page. switches: on or off by name.
+    values: numbers by the name of their control, in the unit of the page. switches: on or off by name. drugs: doses by
+    the name of an agent (`agents.offered`). library: which channel of the model is which target.
     """
 
     scenario: str = scenarios.BASELINE
@@ -28,13 +31,18 @@ class Asked:
     grid: str = "shipped"
     values: Mapping[str, float] = field(default_factory=dict)
     switches: Mapping[str, bool] = field(default_factory=dict)
+    drugs: Mapping[str, float] = field(default_factory=dict)
+    library: str = agents.SHIPPED
 
     def own(self) -> Configuration:
         """The configuration of the scenario and reading as they are."""
         return _own(self.scenario, self.reading)
 
     def changes(self) -> dict[str, Any]:
-        """What the numbers and switches change, by parameter; a layer that is off stays off whatever its force."""
+        """What numbers, switches and drugs change, by parameter; a layer that is off stays off whatever its force.
+
+        Interventions multiply what the numbers have set. Raises ConfigurationError where these do not go together.
+        """
         own = self.own()
         found = dict(GRIDS[self.grid])
         for name, value in self.values.items():
@@ -45,11 +53,19 @@ class Asked:
             switch = SWITCH_BY_NAME[name]
             if not (on and switch.key in found):
                 found |= switch.changes(on, own)
+        doses, interventions = agents.split(self.drugs, self.library)
+        if interventions:
+            found |= changes_by(interventions, self._with(found))
+        if doses:
+            found["drugs"] = [*(dose.table() for dose in own.drugs), *doses]
         return found
 
     def configuration(self) -> Configuration:
         """The configuration of the run. Raises ConfigurationError where its parameters do not go together."""
-        return scenarios.configuration(self.scenario, reading=self.reading, changes=self.changes())
+        return self._with(self.changes())
+
+    def _with(self, changes: Mapping[str, Any]) -> Configuration:
+        return scenarios.configuration(self.scenario, reading=self.reading, changes=changes)
 
     def python(self) -> str:
         """The same run as five lines of Python."""
@@ -82,6 +98,8 @@ def read(content: object) -> Asked:
         _name(parts.get("grid", "shipped"), GRIDS, "grid"),
         _values(parts.get("values", {})),
         _switches(parts.get("switches", {})),
+        agents.read(_mapping(parts.get("drugs", {}), "the list of drugs")),
+        _name(parts.get("library", agents.SHIPPED), agents.LIBRARIES, "library"),
     )
     own = asked.own()
     for name in asked.values:
@@ -102,13 +120,7 @@ def read_live(content: object, asked: Asked) -> tuple[Asked, dict[str, Any]]:
     fixed += [SWITCH_BY_NAME[name].label for name in switches if not live((SWITCH_BY_NAME[name].key,))]
     if fixed:
         raise ConfigurationError(f"{fixed[0]} cannot change during a run; start another run with it")
-    after = Asked(
-        asked.scenario,
-        asked.reading,
-        asked.grid,
-        {**asked.values, **values},
-        {**asked.switches, **switches},
-    )
+    after = replace(asked, values={**asked.values, **values}, switches={**asked.switches, **switches})
     before, now = asked.changes(), after.changes()
     changed = {key: value for key, value in now.items() if key not in before or before[key] != value}
     texts = asked.own().texts() if before.keys() - now.keys() else {}  # back to what the scenario has

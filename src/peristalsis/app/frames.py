@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..inputs.build import cell_of_layer
 from ..inputs.config import Configuration
+from ..inputs.drugs import amount
 from ..inputs.shape import shape_of
 from ..names import KPA, OUTPUTS
 from ..results.moment import Moment
@@ -86,6 +87,7 @@ class Camera:
             "thresholds": {layer: float(getattr(configuration, layer).threshold) for layer in LAYERS},
             "scenario": configuration.scenario,
             "reading": configuration.reading,
+            "drugs": [f"{agent} {amount(dose)}" for agent, dose in _given(configuration).items()],
         }
 
     def take(self, simulation: Simulation) -> bytes:
@@ -116,6 +118,11 @@ class Camera:
 def _spread(count: int) -> NDArray[np.int64]:
     """At most POINTS numbers below `count`, evenly, the first and the last among them."""
     return np.unique(np.rint(np.linspace(0, count - 1, min(count, POINTS))).astype(np.int64))
+
+
+def _given(configuration: Configuration) -> dict[str, float]:
+    """Agents with their concentrations [nM], each once however many targets it has."""
+    return {dose.agent: dose.concentration for dose in configuration.drugs}
 
 
 def _outline(configuration: Configuration) -> list[list[float]]:

@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from .outcomes import NUMBERS, SQUEEZED
+
 Outcome = Mapping[str, Any]
 
 
@@ -23,7 +25,8 @@ class Lesson:
     """An experiment on one run or two.
 
     choices: what may be predicted, by key. judged: the key that the outcomes of the runs show to be true, or None
-    where they show none of them. because: the reason, told after the answer.
+    where they show none of them. because: the reason, told after the answer. about: key of the number that is told
+    with it.
     """
 
     name: str
@@ -34,6 +37,7 @@ class Lesson:
     choices: Mapping[str, str]
     judged: Callable[[Sequence[Outcome]], str | None]
     because: str
+    about: str = "transit_s"
 
     def shown(self) -> dict[str, Any]:
         """What the page needs of it; the answer is not among it."""
@@ -45,6 +49,16 @@ class Lesson:
             "settings": [{"label": one.label, "asked": dict(one.asked)} for one in self.settings],
             "choices": [{"key": key, "text": text} for key, text in self.choices.items()],
         }
+
+    def told(self, outcomes: Sequence[Outcome]) -> str:
+        """What came of each run, in a sentence: its status, and the number that the lesson is about."""
+        said = []
+        for setting, outcome in zip(self.settings, outcomes, strict=True):
+            value = number(outcome, self.about)
+            label, unit = next(((label, unit) for key, label, unit in (*NUMBERS, SQUEEZED) if key == self.about))
+            words = f"{label.lower()} {value:.3g} {unit}" if value is not None else outcome["words"].lower()
+            said.append(f"{setting.label}: {words}")
+        return f"{'; '.join(said)}."
 
 
 def number(outcome: Outcome, key: str) -> float | None:
@@ -106,6 +120,7 @@ LESSONS = (
         _place,
         "A ring that closes behind the pellet presses on a surface that faces it, and the part of that pressure along "
         "the tube pushes the pellet on. Around the middle it would only squeeze, ahead it would push back.",
+        "narrowest_behind_cm",
     ),
     Lesson(
         "friction",
@@ -152,7 +167,8 @@ LESSONS = (
         {"first": "Blocking the fast ones", "second": "Blocking the slow ones", "both": "Both alike, within 5 %"},
         _slower_one,
         "The fast current makes the upstroke: with half of it the wave is slower, and the pellet with it. The slow one "
-        "is small during a single wave; it matters for whether cells fire again by themselves.",
+        "is small during a single wave; it matters for whether cells fire again by themselves. Agents that block "
+        "them are under Drugs, by name and dose.",
     ),
     Lesson(
         "reflex",

@@ -17,6 +17,8 @@ NUMBERS = (
     ("min_diameter_cm", "Smallest diameter", "cm"),
 )
 """Key of the summary, label, unit."""
+SQUEEZED = ("narrowest_behind_cm", "Narrowest place behind the centre", "cm")
+"""The same of what no summary has."""
 
 WORDS = {
     "expelled": "The pellet left at the anal end",
@@ -39,8 +41,8 @@ def outcome(result: Result) -> dict[str, Any]:
     ]
     squeezed = narrowest_behind(result)
     if squeezed is not None:
-        place = {"key": "narrowest_behind_cm", "label": "Narrowest place behind the centre", "unit": "cm"}
-        numbers.append({**place, "value": squeezed})
+        key, label, unit = SQUEEZED
+        numbers.append({"key": key, "label": label, "unit": unit, "value": squeezed})
     return {
         "status": result.status,
         "words": WORDS.get(result.status, result.status.replace("_", " ")),

@@ -168,7 +168,7 @@ class Runs:
             if not (run.folder / worker.RESULT).is_dir():
                 raise ConfigurationError("the result is not there: the run was ended while it was stored")
             return run.folder / worker.RESULT
-        if run.state != COMPUTING or run.worker is None or not run.frames:
+        if run.state != COMPUTING or run.worker is None:
             raise ConfigurationError("the run has no result; start it again")
         name = f"result-{secrets.token_hex(4)}"
         run.saved[name] = asyncio.get_running_loop().create_future()

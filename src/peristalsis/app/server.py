@@ -20,6 +20,7 @@ from starlette.websockets import WebSocket
 from .._version import __version__
 from ..errors import ConfigurationError, PeristalsisError
 from ..inputs.parameters import READINGS
+from . import agents
 from . import asked as asking
 from .controls import CONTROLS, GRIDS, SWITCHES, live
 from .lessons import LESSONS
@@ -127,7 +128,7 @@ def server(options: Options, port: int, folder: Path) -> Server:
 
 
 def catalogue() -> dict[str, Any]:
-    """Everything that the page offers: scenarios, readings, grids, controls, switches, lessons."""
+    """Everything that the page offers: scenarios, readings, grids, controls, switches, agents, lessons."""
     return {
         "scenarios": [{"name": name, "title": title} for name, title in asking.offered().items()],
         "readings": list(READINGS),
@@ -149,6 +150,8 @@ def catalogue() -> dict[str, Any]:
         "switches": [
             {"name": one.name, "label": one.label, "live": live((one.key,)), "help": one.help} for one in SWITCHES
         ],
+        "agents": [one.plain() for one in agents.offered().values()],
+        "libraries": list(agents.LIBRARIES),
         "lessons": [lesson.shown() for lesson in LESSONS],
         "version": __version__,
     }

@@ -180,8 +180,9 @@ class Talk:
         outcomes = [self.runs.of(self.page, one).outcome for one in names]
         if len(outcomes) != len(lesson.settings) or any(one is None for one in outcomes):
             raise ConfigurationError("the answer is found when every run of the lesson has come to its end")
-        answer = lesson.judged([one for one in outcomes if one is not None])
-        self.say("judged", lesson=name, answer=answer, because=lesson.because)
+        found = [one for one in outcomes if one is not None]
+        answer = lesson.judged(found)
+        self.say("judged", lesson=name, answer=answer, because=lesson.because, found=lesson.told(found))
 
     async def _export(self, said: dict[str, Any]) -> None:
         what = said.get("what")

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
     from ..results.result import Result
+    from .explorer import Explorer
     from .shown_film import ShownFilm
 
 FORMATS = ("png", "svg", "pdf")
@@ -118,6 +119,12 @@ class Plots:
         from .shown_film import shown_film
 
         return shown_film(self._result, frames, rate)
+
+    def explore(self, frames: int = 40) -> Explorer:
+        """Tube, diameter map and numbers with a slider for the time, for a notebook; `frames` times over the run."""
+        from .explorer import explorer
+
+        return explorer(self._result, frames)
 
     def scene(self, path: str | os.PathLike[str], **options: Any) -> Path:
         """Write a picture (.png) or a film (.gif, .mp4) of the tube in space; see `plots.scene`. Needs pyvista."""

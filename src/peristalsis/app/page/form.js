@@ -1,5 +1,6 @@
 // The controls: built from the catalogue, one state for each of both runs, written into the address.
 
+import { doseOf, doseText, Drugs } from "./drugs.js";
 import { make } from "./page.js";
 
 const spoken = { "mN·s/cm": "millinewton seconds per centimetre", cm: "centimetres", mN: "millinewtons",
@@ -17,11 +18,12 @@ export class Form {
     for (const name of ["scenario", "reading", "grid"]) {
       document.getElementById(name).addEventListener("change", (event) => this.pick(name, event.target.value));
     }
+    this.drugs = new Drugs(catalogue, (...words) => { this.write(); changed(...words); });
     this.build();
     this.read(location.hash);
   }
 
-  blank() { return { scenario: "baseline", reading: "", grid: "shipped", values: {}, switches: {}, defaults: null }; }
+  blank() { return { scenario: "baseline", reading: "", grid: "shipped", values: {}, switches: {}, drugs: {}, library: "shipped", defaults: null }; }
 
   get state() { return this.states[this.slot]; }
 
@@ -50,6 +52,7 @@ export class Form {
       for (const control of controls) details.append(this.control(control));
       made.push(details);
     }
+    made.splice(-1, 0, this.drugs.part); // the length of the run stays last
     document.getElementById("controls").replaceChildren(...made);
   }
 
@@ -102,6 +105,7 @@ export class Form {
     for (const name of ["scenario", "reading", "grid"]) document.getElementById(name).value = state[name];
     for (const { name } of this.catalogue.controls) this.showControl(name);
     for (const { name } of this.catalogue.switches) this.boxes[name].checked = state.switches[name] ?? state.defaults.switches[name];
+    this.drugs.show(state);
     this.write();
   }
 
@@ -157,18 +161,19 @@ export class Form {
   copy(from, to) { this.states[to] = structuredClone(this.states[from]); }
 
   asked(slot) {
-    const { scenario, reading, grid, values, switches } = this.states[slot];
-    return { scenario, reading: reading || null, grid, values, switches };
+    const { scenario, reading, grid, values, switches, drugs, library } = this.states[slot];
+    return { scenario, reading: reading || null, grid, values, switches, drugs, library };
   }
 
-  /** The state in the address: a.scenario=fig3f&a.v.pressure=1&b... */
+  /** The state in the address: a.scenario=fig3f&a.v.pressure=1&a.d.nifedipine=30+nM&b... */
   address() {
     const query = new URLSearchParams();
     for (const [slot, state] of Object.entries(this.states)) {
       const blank = this.blank();
-      for (const name of ["scenario", "reading", "grid"]) if (state[name] !== blank[name]) query.set(`${slot}.${name}`, state[name]);
+      for (const name of ["scenario", "reading", "grid", "library"]) if (state[name] !== blank[name]) query.set(`${slot}.${name}`, state[name]);
       for (const [name, value] of Object.entries(state.values)) query.set(`${slot}.v.${name}`, value);
       for (const [name, on] of Object.entries(state.switches)) query.set(`${slot}.s.${name}`, on ? "on" : "off");
+      for (const one of this.catalogue.agents) if (Object.hasOwn(state.drugs, one.name)) query.set(`${slot}.d.${one.name}`, doseText(one, state.drugs[one.name]));
     }
     return query.toString();
   }
@@ -181,9 +186,10 @@ export class Form {
   /** Take a state from an address; what is not offered is left out. */
   read(hash) {
     const query = new URLSearchParams(hash.replace(/^#/, ""));
-    const offered = { scenario: this.catalogue.scenarios.map(({ name }) => name), reading: this.catalogue.readings, grid: this.catalogue.grids };
+    const offered = { scenario: this.catalogue.scenarios.map(({ name }) => name), reading: this.catalogue.readings, grid: this.catalogue.grids, library: this.catalogue.libraries };
     for (const [key, text] of query) {
-      const [slot, kind, name] = key.split(".");
+      const [slot, kind, ...rest] = key.split(".");
+      const name = rest.join(".");
       const state = Object.hasOwn(this.states, slot) ? this.states[slot] : null;
       if (!state) continue;
       if (Object.hasOwn(offered, kind) && offered[kind].includes(text)) state[kind] = text;
@@ -192,6 +198,9 @@ export class Form {
       if (kind === "v" && control && text !== "" && value >= control.low && value <= control.high) state.values[name] = value;
       const known = this.catalogue.switches.some((one) => one.name === name);
       if (kind === "s" && known && (text === "on" || text === "off")) state.switches[name] = text === "on";
+      const agent = this.catalogue.agents.find((one) => one.name === name && !one.refused);
+      const dose = kind === "d" && agent ? doseOf(agent, text) : null;
+      if (dose !== null) state.drugs[name] = dose;
     }
   }
 }

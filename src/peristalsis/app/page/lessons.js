@@ -55,10 +55,10 @@ export class Lessons {
     else this.judge(this.lesson.name, own.map(({ name }) => name));
   }
 
-  told({ lesson, answer, because }) {
+  told({ lesson, answer, because, found: seen }) {
     if (!this.lesson || this.lesson.name !== lesson) return;
     const found = this.lesson.choices.find(({ key }) => key === answer);
     if (!found) this.say("The runs show none of these. ", "Were controls moved on the way? Run the lesson again.");
-    else this.say(answer === this.guess ? `As you predicted: ${found.text}.` : `Otherwise than predicted: ${found.text}.`, because);
+    else this.say(answer === this.guess ? `As you predicted: ${found.text}.` : `Otherwise than predicted: ${found.text}.`, `${seen} ${because}`);
   }
 }

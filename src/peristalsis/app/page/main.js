@@ -245,7 +245,7 @@ function labels() {
   document.querySelectorAll("[data-file]").forEach((button) => { if (!at(form.slot)?.frames.length) button.disabled = true; else if (!$("kept").textContent.startsWith("Making")) button.disabled = false; });
   SLOTS.filter((one) => panes[one]).forEach((one) => panes[one].words.forEach((place) => {
     const record = at(one);
-    place.textContent = record?.header ? `${record.header.scenario}, ${record.header.reading}` : "";
+    place.textContent = record?.header ? [record.header.scenario, record.header.reading, ...record.header.drugs].join(", ") : "";
   }));
 }
 
@@ -292,6 +292,7 @@ function tick(now) {
   if (late && now - charted > 150) view.dirty = true;
   if (!view.dirty) return;
   view.dirty = false;
+  $("view").classList.toggle("empty", !present().length); // before the sizes of what is drawn are asked for
   arrange();
   labels();
   const end = latest();
