@@ -18,10 +18,10 @@ EXAMPLE = ROOT / "examples" / "sensitivity.toml"
 TRANSIT, SPEED, FORCE = OUTPUTS = ("transit_s", "mean_velocity_cm_s", "max_axial_force_mN")
 CASES = (
     ("tight", "sobol", OUTPUTS, 64),
-    ("tight", "morris", OUTPUTS, 24),
-    ("edge", "sobol", (SPEED, FORCE), 64),
-    ("edge", "morris", (SPEED, FORCE), 24),
-    ("edge", "pawn", OUTPUTS, 256),
+    ("tight", "morris", OUTPUTS, 16),
+    ("edge", "pawn", OUTPUTS, 128),
+    ("edge", "sobol", (SPEED, FORCE), 32),
+    ("edge", "morris", (SPEED, FORCE), 16),
 )
 """Reading, method, outputs, samples. Pellets stall under `edge`: transit then has no variance, and PAWN orders it."""
 CHECKED = 10
@@ -31,14 +31,8 @@ GRIDS = ("grid.n_z", "grid.n_z_wall")
 
 def variant(outputs: tuple[str, ...], samples: int) -> str:
     """The example's file with other outputs and samples."""
-    lines = []
-    for line in EXAMPLE.read_text(encoding="utf-8").splitlines():
-        if line.startswith("outputs = "):
-            line = f"outputs = {list(outputs)}".replace("'", '"')
-        if line.startswith("samples = "):
-            line = f"samples = {samples}"
-        lines.append(line)
-    return "\n".join(lines) + "\n"
+    listed = f"outputs = {list(outputs)}".replace("'", '"')
+    return replaced(EXAMPLE.read_text(encoding="utf-8"), {"outputs = ": listed, "samples = ": f"samples = {samples}"})
 
 
 def sensitivity(folder: Path, reading: str, method: str, outputs: tuple[str, ...], samples: int) -> dict[str, Any]:
@@ -136,4 +130,62 @@ def ishigami() -> dict[str, Any]:
             }
             for one in found
         ],
+    }
+
+
+COHORT, MEMBERS = ROOT / "examples" / "cohort.toml", 200
+MAP, FULL = ROOT / "examples" / "stall_map.toml", 17
+MAPS = {
+    "full": (FULL, FULL, "motion"),
+    "motion": (FULL, 5, "motion"),
+    "expelled": (FULL, 5, "expelled"),
+    "example": (33, 9, "motion"),
+}
+"""Nodes, coarse nodes, classes. The first runs every node."""
+
+
+def replaced(text: str, lines: dict[str, str]) -> str:
+    """The text of a study's file with other lines: what one begins with to what it is now."""
+    found = []
+    for line in text.splitlines():
+        found.append(next((new for begin, new in lines.items() if line.startswith(begin)), line))
+    return "\n".join(found) + "\n"
+
+
+def carried(folder: Path, name: str, command: str, text: str) -> dict[str, Any]:
+    """A study's file written and carried out by a command: what it cost."""
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{name}.toml"
+    file.write_text(text, encoding="utf-8")
+    return carried_out(command, str(file), "--out", str(folder / name), log=folder / f"{name}.log")
+
+
+def cohort(folder: Path) -> dict[str, Any]:
+    """The example's cohort with two hundred members: its classes and shifts, and what it cost."""
+    cost = carried(
+        folder, "cohort", "cohort", replaced(COHORT.read_text("utf-8"), {"samples = ": f"samples = {MEMBERS}"})
+    )
+    members = rows_of(folder / "cohort" / "members.csv")
+    transits = [float(one["transit_s"]) for one in members if one["accepted"] == "yes" and one["transit_s"]]
+    return {
+        "cost": cost,
+        "shifts": rows_of(folder / "cohort" / "shifts.csv"),
+        "members": len(members),
+        "why_not": Counter(one["why not"].partition(" = ")[0] for one in members if one["accepted"] == "no"),
+        "statuses": Counter(one["status"] for one in members),
+        "quantiles": [float(one) for one in np.quantile(transits, (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0))],
+    }
+
+
+def class_map(folder: Path, name: str) -> dict[str, Any]:
+    """One map by the command: class of every node, and which were run."""
+    nodes, coarse, classes = MAPS[name]
+    lines = {"classes = ": f'classes = "{classes}"', "nodes = ": f"nodes = {nodes}", "coarse = ": f"coarse = {coarse}"}
+    cost = carried(folder, f"map_{name}", "stall-map", replaced(MAP.read_text("utf-8"), lines))
+    rows = rows_of(folder / f"map_{name}" / "map.csv")
+    return {
+        "cost": cost,
+        "nodes": [list(row.values()) for row in rows],
+        "classes": Counter(row["class"] for row in rows),
+        "run": sum(row["known by"] == "run" for row in rows),
     }
