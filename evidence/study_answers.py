@@ -20,8 +20,8 @@ CASES = (
     ("tight", "sobol", OUTPUTS, 64),
     ("tight", "morris", OUTPUTS, 16),
     ("edge", "pawn", OUTPUTS, 128),
+    ("edge", "morris", (SPEED, FORCE), 10),
     ("edge", "sobol", (SPEED, FORCE), 32),
-    ("edge", "morris", (SPEED, FORCE), 16),
 )
 """Reading, method, outputs, samples. Pellets stall under `edge`: transit then has no variance, and PAWN orders it."""
 CHECKED = 10

@@ -164,8 +164,8 @@ def claim(made: Made) -> str:
     return (
         "## Viscous or dry friction\n\n"
         "The paper says that viscous friction matters, not dry friction. Both were varied by the same factors, 0.5 to "
-        f"1.5, and in {agreed} of {len(rows)} cases viscous friction has the larger index, in {disjoint} with bands that "
-        "do not touch:\n\n"
+        f"1.5, and in {agreed} of {len(rows)} cases viscous friction has the larger index, in {disjoint} with bands "
+        "that do not touch:\n\n"
         + table(["reading", "method", "output", "viscous", "dry", "viscous over dry", "bands apart"], rows)
     )
 
@@ -304,9 +304,9 @@ def workers(made: Made) -> str:
     same = "the same to the bit" if len(tables) == 1 else f"**{len(tables)} different tables**"
     return (
         "## Workers\n\n"
-        f"A study of {RUNS} runs (Sobol', three parameters, 100 cells and 80 elements, 3 s: a run takes some third of "
-        f"a second), nothing kept before, {REPEATS} times each in turn. All tables are {same}. Processor time is that "
-        "of all processes together, the least of the three; memory is the largest resident set of each process.\n\n"
+        f"A study of {RUNS} runs (Sobol', three parameters, 80 cells, 60 elements, 10 ms, 3 s: a run takes some fifth "
+        f"of a second), nothing kept before, {REPEATS} times each in turn. All tables are {same}. Processor time is "
+        "that of all processes together, the least of the three; memory is the largest resident set of each process.\n\n"
         + table(head, rows)
     )
 
