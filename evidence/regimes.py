@@ -18,10 +18,10 @@ from common import ROOT, table
 from peristalsis import scenarios
 from peristalsis.inputs.config import Configuration
 from peristalsis.many.rows import Row
+from peristalsis.many.studies.classes import ARRESTED, CAUGHT, LEFT, REGIMES, RIDES
 from peristalsis.many.sweep import sweep
 from peristalsis.plots import style
 from peristalsis.scoring import sources
-from peristalsis.scoring.space import ARRESTED, CAUGHT, LEFT, REGIMES, RIDES
 
 SOURCE = sources.get("paper")
 assert SOURCE.space is not None

@@ -8,8 +8,9 @@ from peristalsis import scenarios
 from peristalsis.inputs.config import Configuration
 from peristalsis.many.batch import WholeResults
 from peristalsis.many.engine import rows_of
+from peristalsis.many.kept import Store
 from peristalsis.many.rows import Point, Row, Step, key_of
-from peristalsis.many.sweep import Measured, Store
+from peristalsis.many.sweep import Measured
 from peristalsis.many.table import table
 from peristalsis.running.pool import Failure
 

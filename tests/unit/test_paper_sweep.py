@@ -8,9 +8,10 @@ import pytest
 from peristalsis import scenarios
 from peristalsis.many import engine
 from peristalsis.many import sweep as module
+from peristalsis.many.kept import Store
 from peristalsis.many.rows import Row, key_of
 from peristalsis.many.sensitivity import shares, total_shares
-from peristalsis.many.sweep import Measured, Store, sweep
+from peristalsis.many.sweep import Measured, sweep
 from peristalsis.many.threshold import Point, Threshold
 from peristalsis.running.pool import Done
 

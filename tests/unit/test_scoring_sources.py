@@ -18,8 +18,9 @@ from peristalsis.cli.paper_command import PaperOrder, carry_out_order
 from peristalsis.cli.streams import Screen
 from peristalsis.errors import ConfigurationError
 from peristalsis.inputs.config import Configuration
+from peristalsis.many.kept import Store
 from peristalsis.many.rows import Row, key_of
-from peristalsis.many.sweep import Measured, Store
+from peristalsis.many.sweep import Measured
 from peristalsis.scoring import sources
 from peristalsis.scoring.outcome import Condition
 from peristalsis.scoring.runs import Bench, carry_out

@@ -572,7 +572,7 @@ def test_pickled_objects_are_never_read(copy: Path, tmp_path: Path) -> None:
     """S4: a checkpoint or a kept run with an object in it is refused before it is made."""
     import io
 
-    from peristalsis.many.sweep import Store
+    from peristalsis.many.kept import Store
     from peristalsis.storing import packing
     from peristalsis.storing.checkpoint import newest
 

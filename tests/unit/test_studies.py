@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from peristalsis.errors import ConfigurationError
+from peristalsis.errors import ConfigurationError, ReadingNotFound
 from peristalsis.many.studies import classes
 from peristalsis.many.studies.designs import Design
 from peristalsis.many.studies.distributions import Distribution
-from peristalsis.many.studies.study import read_study
+from peristalsis.many.studies.study import located_study, read_study
 from peristalsis.many.studies.variables import read_variables
+from peristalsis.scoring import sources
 
 FRICTION = 'pellet.viscous_friction = { from = "60 mN*s/cm", to = "240 mN*s/cm", scale = "log", count = 3 }\n'
 MUSCLE = 'muscle = { keys = ["longitudinal.active", "circular.active"], relative = true, from = 0.5, to = 1.0 }\n'
@@ -145,9 +146,6 @@ def test_a_refused_value_spoils_its_point_alone() -> None:
 def test_classifiers_have_names() -> None:
     row = {"status": "arrested", "transit_s": None}
     assert classes.get("expelled")(row) == "not expelled"
-    assert classes.get("motion")(row) == "arrested"
-    assert classes.get("motion")({"status": "expelled", "transit_s": 2.0, "stops": 1}) == "caught again"
-    assert classes.get("motion")({"status": "expelled", "transit_s": 2.0, "stops": 0}) == "rides"
     assert classes.get("peristalsis.many.studies.classes:status")(row) == "arrested"
     classes.register("mine", lambda row: "all")
     with pytest.raises(ConfigurationError, match="choose another name"):
@@ -156,6 +154,45 @@ def test_classifiers_have_names() -> None:
     for name in ("mine", "nowhere:f", "peristalsis.many.studies.classes:f", "math:pi"):
         with pytest.raises(ConfigurationError, match="classes"):
             classes.get(name)
+
+
+@pytest.mark.parametrize("wave", [{"wave_speed_cm_s.circular": 6.0}, {"wave_speed_cm_s": {"circular": 6.0}}])
+def test_motion_is_told_by_the_wave_and_by_the_travel(wave: dict[str, object]) -> None:
+    """A wave of 6 cm/s needs 1.5 s for 9 cm; a pellet that needs a quarter more than that still rides it."""
+    motion = classes.get("motion")
+    for transit, travel, said in (
+        (1.5 * 1.25, 9.0, classes.RIDES),
+        (1.5 * 1.26, 9.0, classes.CAUGHT),
+        (None, 0.5, classes.LEFT),
+        (None, 0.49, classes.ARRESTED),
+        (None, None, ""),
+    ):
+        assert motion({"status": "any", "transit_s": transit, "travel_cm": travel, **wave}) == said
+    assert motion({"transit_s": 1.5, "travel_cm": 9.0}) == classes.CAUGHT, "without a wave there is none to ride"
+    assert motion({"oral_exit_s": 1.0, "travel_cm": -1.0}) == "expelled orally"
+
+
+def test_a_search_and_a_map_call_one_motion_by_one_name() -> None:
+    space = sources.get("paper").space
+    assert space is not None
+    row = {"transit_s": 2.0, "travel_cm": 9.0, "wave_speed_cm_s": {"circular": 6.0}}
+    for transit in (1.0, 1.8, 1.9, 4.0, None):
+        told = {**row, "transit_s": transit}
+        assert space.edge.regime(told) == classes.motion(told, space.edge.rides_within)
+    assert space.edge.rides_within == classes.WITHIN
+
+
+def test_another_reading_than_that_of_the_file() -> None:
+    tight = study(MUSCLE, 'kind = "sobol"\nsamples = 2')
+    edge = located_study(tight, reading="edge")
+    for one, two in zip(tight.points(), edge.points(), strict=True):
+        assert (one.configuration.reading, two.configuration.reading) == ("tight", "edge")
+        assert two.configuration.circular.active == pytest.approx(0.513859 * one.configuration.circular.active)
+    with pytest.raises(ReadingNotFound):
+        located_study(tight, reading="no such")
+    varied = read_study('[parameters]\nreading = ["tight", "edge"]\n')
+    with pytest.raises(ConfigurationError, match="varies the reading itself"):
+        located_study(varied, reading="edge")
 
 
 def test_nested_tables_and_quoted_names_are_the_same() -> None:

@@ -16,12 +16,12 @@ import peristalsis as ps
 from peristalsis.cli.dispatch import dispatch
 from peristalsis.errors import ConfigurationError, WriteError
 from peristalsis.inputs.config import Configuration
+from peristalsis.many import kept
 from peristalsis.many import sweep as engine_sweep
+from peristalsis.many.kept import Store
 from peristalsis.many.rows import Row, Step
-from peristalsis.many.studies import kept
 from peristalsis.many.studies.study import read_study
 from peristalsis.many.studies.sweep import sweep
-from peristalsis.many.sweep import Store
 from peristalsis.storing.locks import Claim
 
 HEAD = """

@@ -24,7 +24,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "stall-map": ("peristalsis stall-map examples/stall_map.toml --workers 2",),
     "sensitivity": (
         "peristalsis sensitivity examples/sensitivity.toml --workers 2",
-        "peristalsis sensitivity examples/sensitivity.toml --method pawn",
+        "peristalsis sensitivity examples/sensitivity.toml --method pawn --reading edge",
     ),
     "cohort": ("peristalsis cohort examples/cohort.toml --workers 2",),
     "kept": ("peristalsis kept", "peristalsis kept out/kept --clean stale", "peristalsis kept out/kept --clean all"),
@@ -45,6 +45,10 @@ Kept = Annotated[
     str | None,
     typer.Option("--kept", metavar="DIR", help="Folder of kept runs; `kept` beside that of the tables unless given."),
 ]
+Reading = Annotated[
+    str | None,
+    typer.Option("--reading", metavar="R", help="Reading of the paper's doubtful numbers, instead of the file's."),
+]
 Parquet = Annotated[bool, typer.Option("--parquet", help="Write the table as Parquet too; extra studies.")]
 NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
 
@@ -59,6 +63,7 @@ class StudyOrder:
     kept: str | None = None
     parquet: bool = False
     plots: bool = True
+    reading: str | None = None
 
 
 def workers_of(workers: int, scheduler: str | None) -> int | str:
@@ -103,6 +108,7 @@ def sweep(
     workers: Workers = 1,
     scheduler: Scheduler = None,
     kept: Kept = None,
+    reading: Reading = None,
     parquet: Parquet = False,
     no_plots: NoPlots = False,
     as_json: Json = False,
@@ -115,7 +121,7 @@ def sweep(
     """
     from .studying import sweep as carry_out
 
-    order = StudyOrder(file, out, workers_of(workers, scheduler), kept, parquet, not no_plots)
+    order = StudyOrder(file, out, workers_of(workers, scheduler), kept, parquet, not no_plots, reading)
     return Job(lambda screen: carry_out(order, screen))
 
 
@@ -125,6 +131,7 @@ def stall_map(
     workers: Workers = 1,
     scheduler: Scheduler = None,
     kept: Kept = None,
+    reading: Reading = None,
     no_plots: NoPlots = False,
     as_json: Json = False,
 ) -> Job:
@@ -134,7 +141,7 @@ def stall_map(
     """
     from .studying import stall_map as carry_out
 
-    order = StudyOrder(file, out, workers_of(workers, scheduler), kept, plots=not no_plots)
+    order = StudyOrder(file, out, workers_of(workers, scheduler), kept, plots=not no_plots, reading=reading)
     return Job(lambda screen: carry_out(order, screen))
 
 
@@ -148,6 +155,7 @@ def sensitivity(
     workers: Workers = 1,
     scheduler: Scheduler = None,
     kept: Kept = None,
+    reading: Reading = None,
     no_plots: NoPlots = False,
     as_json: Json = False,
 ) -> Job:
@@ -158,7 +166,7 @@ def sensitivity(
     """
     from .studying import sensitivity as carry_out
 
-    order = StudyOrder(file, out, workers_of(workers, scheduler), kept, plots=not no_plots)
+    order = StudyOrder(file, out, workers_of(workers, scheduler), kept, plots=not no_plots, reading=reading)
     return Job(lambda screen: carry_out(order, method, screen))
 
 
@@ -168,6 +176,7 @@ def cohort(
     workers: Workers = 1,
     scheduler: Scheduler = None,
     kept: Kept = None,
+    reading: Reading = None,
     no_plots: NoPlots = False,
     as_json: Json = False,
 ) -> Job:
@@ -178,7 +187,7 @@ def cohort(
     """
     from .studying import cohort as carry_out
 
-    order = StudyOrder(file, out, workers_of(workers, scheduler), kept, plots=not no_plots)
+    order = StudyOrder(file, out, workers_of(workers, scheduler), kept, plots=not no_plots, reading=reading)
     return Job(lambda screen: carry_out(order, screen))
 
 

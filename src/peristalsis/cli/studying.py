@@ -90,6 +90,7 @@ def sweep(order: StudyOrder, screen: Screen) -> int:
         target,
         workers=order.workers,
         kept=order.kept,
+        reading=order.reading,
         parquet=order.parquet,
         progress=progress,
         say=screen.warn,
@@ -112,6 +113,7 @@ def stall_map(order: StudyOrder, screen: Screen) -> int:
         target,
         workers=order.workers,
         kept=order.kept,
+        reading=order.reading,
         progress=Progress(screen),
         say=screen.warn,
     )
@@ -131,7 +133,7 @@ def sensitivity(order: StudyOrder, method: str | None, screen: Screen) -> int:
 
     begin = time.monotonic()
     target = target_of(order, screen)
-    study = read_sensitivity(located(order.file))
+    study = read_sensitivity(located(order.file), order.reading)
     screen.line(cost_words(study, method_of(study, method)))
     found = carry_out(
         study,
@@ -164,6 +166,7 @@ def cohort(order: StudyOrder, screen: Screen) -> int:
         target,
         workers=order.workers,
         kept=order.kept,
+        reading=order.reading,
         progress=Progress(screen),
         say=screen.warn,
     )
@@ -199,7 +202,7 @@ def _answer(
 
 def kept(folder: str, clean: str | None, screen: Screen) -> int:
     """Count kept runs, and remove those that are not wanted; the exit code."""
-    from ..many.studies.kept import CHOICES, clean_up, count
+    from ..many.kept import CHOICES, clean_up, count
 
     if clean is not None and clean not in CHOICES:
         raise ConfigurationError(f"--clean {clean}: choose one of {', '.join(CHOICES)}")

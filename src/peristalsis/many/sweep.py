@@ -6,26 +6,19 @@ too, with its reason. A changed equation is never answered with an old run.
 
 from __future__ import annotations
 
-import hashlib
-import io
-import json
 import os
-import zipfile
-import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InterruptedRun, PeristalsisError, WriteError, shown
+from ..errors import InterruptedRun, PeristalsisError
 from ..inputs.config import Configuration
 from ..running.pool import Failure, Workers
-from ..storing import disk
 from .engine import Progress, rows_of
+from .kept import Store
 from .rows import CODE, Point, Row, key_of
 
 if TYPE_CHECKING:
@@ -34,54 +27,6 @@ if TYPE_CHECKING:
 
 Measure = Callable[["Simulation", "Result"], tuple[dict[str, Any], dict[str, NDArray[Any]]]]
 """Numbers and arrays to keep of a finished run; a function of a module, so that processes find it."""
-
-
-class Store:
-    """A folder of kept runs, safe for any number of processes at once.
-
-    A file appears whole or not at all. One that cannot be read, or does not agree with its hash, counts as missing.
-    """
-
-    def __init__(self, folder: str | os.PathLike[str]) -> None:
-        self.folder = Path(folder)
-
-    def load(self, key: str) -> Row | None:
-        """The kept run, or None."""
-        try:
-            with np.load(self.folder / f"{key}.npz", allow_pickle=False) as stored:
-                text = str(stored["numbers"])
-                arrays = {name: stored[name] for name in stored.files if name not in ("numbers", "sha256")}
-                if str(stored["sha256"]) != _digest(key, text, arrays):
-                    return None
-                return Row(json.loads(text), arrays)
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
-            return None
-
-    def save(self, key: str, row: Row) -> None:
-        """Keep a run. Raises WriteError."""
-        image = io.BytesIO()
-        arrays: dict[str, Any] = dict(row.arrays)
-        text = json.dumps(dict(row.summary), allow_nan=False)
-        sha256 = np.array(_digest(key, text, arrays))
-        np.savez_compressed(image, numbers=np.array(text), sha256=sha256, **arrays)
-        try:
-            disk.DISK.make_folder(self.folder)
-            disk.replace_file(self.folder / f"{key}.npz", image.getvalue(), mark=f"{os.getpid()}-")
-        except OSError as error:
-            raise WriteError(
-                f"could not keep a run in {shown(str(self.folder))}: {error.strerror or error}; free some space or "
-                "choose another folder with --out"
-            ) from None
-
-
-def _digest(key: str, text: str, arrays: Mapping[str, NDArray[Any]]) -> str:
-    """Hash of all that is kept of a run, its key included: a file under another name is not that run."""
-    found = hashlib.sha256(f"{key}\n{text}\n".encode())
-    for name in sorted(arrays):
-        values = np.ascontiguousarray(arrays[name])
-        found.update(f"{name} {values.dtype.str} {values.shape}\n".encode("ascii"))
-        found.update(values.tobytes())
-    return found.hexdigest()
 
 
 def run_one(configuration: Configuration, measure: Measure) -> Row:

@@ -52,7 +52,7 @@ def at_scheduler(address: str) -> Iterator[Engine]:
     try:
         _refuse_threads(client)
         width = max(LEAST_WIDTH, WAITING * len(_workers(client)))
-        yield Engine(_Handed(client), width, (KilledWorker,), _Look(client))
+        yield Engine(_Handed(client), width, (KilledWorker,), _deaths, _Look(client))
     finally:
         client.close()
 
@@ -69,6 +69,11 @@ def _refuse_threads(client: Any) -> None:
                 f"the worker {name} has {worker['nthreads']} threads, and a run needs a process of its own; start it "
                 "with dask worker --nthreads 1 --nworkers N"
             )
+
+
+def _deaths(error: BaseException) -> int:
+    """How many workers a piece of work has killed: Dask allows some, and its own words name other ones each time."""
+    return int(getattr(error, "allowed_failures", 0)) + 1
 
 
 class _Look:

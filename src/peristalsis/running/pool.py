@@ -43,13 +43,14 @@ class Done(Generic[Value]):
 class Engine:
     """An executor that is open, None for this process, and how many pieces of work it is given at a time.
 
-    hopeless: errors after which a piece is not tried again, because the executor has done so itself. look: called now
-    and then while all wait; raises where no worker is left.
+    hopeless: errors after which a piece is not tried again, because the executor has done so itself. deaths: how many
+    workers died of a piece, by such an error. look: called now and then while all wait; raises where none is left.
     """
 
     executor: Executor | None = None
     width: int = 1
     hopeless: tuple[type[BaseException], ...] = ()
+    deaths: Callable[[BaseException], int] = lambda error: 1
     look: Callable[[], None] = lambda: None
 
 
@@ -138,7 +139,9 @@ def _by(
                 if isinstance(error, PeristalsisError) or not isinstance(error, Exception):
                     raise error
                 attempts[key] += 1
-                if attempts[key] > retries or isinstance(error, engine.hopeless):
+                if isinstance(error, engine.hopeless):
+                    yield Done(key, Failure(f"its process died{_times(engine.deaths(error))}"))
+                elif attempts[key] > retries:
                     yield Done(key, Failure(_said(error, attempts[key])))
                 else:
                     queue.append(key)
@@ -153,4 +156,8 @@ def _said(error: BaseException, attempts: int) -> str:
         return f"{type(error).__name__}: {error}"
     from .processes import death
 
-    return f"{death(error)}{f', {attempts} times' if attempts > 1 else ''}"
+    return f"{death(error)}{_times(attempts)}"
+
+
+def _times(count: int) -> str:
+    return f", {count} times" if count > 1 else ""

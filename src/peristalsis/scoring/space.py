@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..many.studies import classes
 from ..units import DIMENSIONLESS, format_quantity
 
 DIGITS = 4
@@ -18,12 +19,6 @@ DIGITS = 4
 
 BEYOND = "beyond"
 """The free constant that says how far above the edge a point lies, as a share of it."""
-
-RIDES, CAUGHT, LEFT, ARRESTED = REGIMES = ("rides the wave", "slips and is caught", "left behind", "arrested")
-"""How a pellet travels: with the wave, out but later than it, moved and not out, hardly moved."""
-
-MOVED = 0.5
-"""Travel from which a pellet that does not arrive was moved and left behind [cm]."""
 
 Values = Mapping[str, float | str]
 """Name of a free constant or choice to its value at one point."""
@@ -85,21 +80,11 @@ class Edge:
 
     def rides(self, metrics: Mapping[str, Any]) -> bool:
         """Whether the pellet of a run arrives with the wave, and not after it."""
-        transit, travel, speed = metrics.get("transit_s"), metrics.get("travel_cm"), metrics.get("wave_speed_cm_s")
-        speed = speed.get("circular") if isinstance(speed, Mapping) else speed
-        if transit is None or not travel or not speed:
-            return False
-        return bool(transit * speed / travel <= self.rides_within)
+        return classes.rides(metrics, self.rides_within)
 
     def regime(self, metrics: Mapping[str, Any]) -> str:
-        """How a run moves its pellet, as one of `REGIMES`; "" for a run that says nothing."""
-        if metrics.get("travel_cm") is None:
-            return ""
-        if self.rides(metrics):
-            return RIDES
-        if metrics.get("transit_s") is not None:
-            return CAUGHT
-        return LEFT if metrics["travel_cm"] >= MOVED else ARRESTED
+        """How a run moves its pellet, as `classes.motion` says; "" for a run that says nothing."""
+        return classes.motion(metrics, self.rides_within)
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,13 +25,32 @@ def status(row: Mapping[str, Any]) -> str:
     return str(row["status"]).replace("_", " ")
 
 
-def motion(row: Mapping[str, Any]) -> str:
-    """How the pellet went: out without a stop, out after one, at rest at the end, or still under way."""
+RIDES, CAUGHT, LEFT, ARRESTED = REGIMES = ("rides the wave", "slips and is caught", "left behind", "arrested")
+"""How a pellet travels: out with the wave, out but later than it, moved and not out, hardly moved."""
+WITHIN = 1.25
+"""Transit over the wave's own time for the pellet's way up to which it rides [1]: 1.1 riding, 1.4 caught again."""
+MOVED = 0.5
+"""Travel from which a pellet that does not arrive was moved and left behind [cm]."""
+
+
+def rides(row: Mapping[str, Any], within: float = WITHIN) -> bool:
+    """Whether the pellet of a run leaves with the circular wave, and not after it."""
+    transit, travel, speed = row.get("transit_s"), row.get("travel_cm"), row.get("wave_speed_cm_s")
+    speed = speed.get("circular") if isinstance(speed, Mapping) else row.get("wave_speed_cm_s.circular", speed)
+    if transit is None or not travel or not speed:
+        return False
+    return bool(transit * speed / travel <= within)
+
+
+def motion(row: Mapping[str, Any], within: float = WITHIN) -> str:
+    """How a run moves its pellet: one of `REGIMES`, or expelled orally; "" for a run that says nothing of a pellet."""
     if row.get("oral_exit_s") is not None:
         return "expelled orally"
+    if row.get("travel_cm") is None:
+        return ""
     if row.get("transit_s") is not None:
-        return "rides" if not row.get("stops") else "caught again"
-    return "arrested" if row["status"] == "arrested" else "left behind"
+        return RIDES if rides(row, within) else CAUGHT
+    return LEFT if row["travel_cm"] >= MOVED else ARRESTED
 
 
 _known: dict[str, Classifier] = {"expelled": expelled, "motion": motion, "status": status}

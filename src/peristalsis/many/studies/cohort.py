@@ -124,6 +124,7 @@ def cohort(
     *,
     workers: Workers = 1,
     kept: str | PathLike[str] | None = None,
+    reading: str | None = None,
     progress: Callable[[Step], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Cohort:
@@ -133,7 +134,7 @@ def cohort(
     [interventions.NAME] (parameters with values, or with {factor = ...} of what a member has), and [cohort] with slow,
     the transit beyond which a member is slow. Raises ConfigurationError where nobody is accepted; else as `sweep`.
     """
-    read = located_study(study, TABLES, designs=("random", *(one for one in DRAWN if one != "random")))
+    read = located_study(study, TABLES, reading, designs=("random", *(one for one in DRAWN if one != "random")))
     rules, slow = _rules(read.more.get("accept", {})), _slow(read.more.get("cohort", {}))
     interventions = _interventions(read.more.get("interventions", {}), read.configuration())
     for one in read.variables:

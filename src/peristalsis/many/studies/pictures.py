@@ -188,33 +188,50 @@ def class_map(found: StallMap) -> Canvas:
     return figure
 
 
+AXES = {
+    "total": "share of the variance (1)",
+    "mean size": "mean size of effects, in the unit above",
+    "median distance": "median distance (1)",
+}
+"""The index by which a method ranks, in words."""
+
+
 def bars(found: Sensitivity) -> Canvas:
     """The ranking index of every parameter with its band, the largest on top, for every output."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     outputs = list(found.indices)[:MOST_PANELS]
     count = len(found.table.study.variables)
     columns = min(len(outputs), 2)
     rows = -(-len(outputs) // columns)
-    title = f"Sensitivity, {found.method}: {found.ranks}, {len(found.table)} runs, bands of 95 %"
-    figure = canvas(style.WIDTH, 0.7 + rows * (0.9 + 0.28 * count), title)
+    title = f"Sensitivity, {found.method}: {len(found.table)} runs, bands of 95 %"
+    figure = canvas(style.WIDTH, 1.0 + rows * (0.9 + 0.28 * count), title)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in panels[len(outputs) :]:
         axes.set_axis_off()
+    alone = False
     for axes, output in zip(panels, outputs, strict=False):
         ranked = found.ranked(output)
-        names = [one.variable for one in ranked]
+        names = [one.variable.replace("_", " ") for one in ranked]
+        values = [one.value for one in ranked]
         first = {one.variable: one.value for one in found.indices[output] if one.name == "first"}
-        axes.barh(names, [one.value for one in ranked], color=style.SKY, height=0.6)
+        axes.barh(names, values, color=style.SKY, height=0.6)
         below = [max(one.value - one.low, 0.0) for one in ranked]
         above = [max(one.high - one.value, 0.0) for one in ranked]
-        axes.errorbar(
-            [one.value for one in ranked], names, xerr=[below, above], fmt="none", color=style.BLACK, capsize=3
-        )
+        axes.errorbar(values, names, xerr=[below, above], fmt="none", color=style.BLACK, capsize=3)
         if first:
-            axes.plot([first[name] for name in names], names, "D", color=style.VERMILION, markersize=4, label="alone")
-            axes.legend()
+            alone = True
+            places = [first[one.variable] for one in ranked]
+            axes.plot(places, names, "D", color=style.VERMILION, markersize=4, clip_on=False, zorder=4)
+        axes.axvline(0.0, color=style.BLACK, linewidth=0.8)
         axes.invert_yaxis()
-        axes.set_xlabel(found.ranks)
         axes.set_title(LABELS.get(output, output))
+        axes.set_xlabel(AXES[found.ranks])
+    if alone:  # beside the panels: a marker inside them would look like one more value
+        handles: list[Patch | Line2D] = [Patch(color=style.SKY, label=f"{found.ranks}: with all interactions")]
+        handles.append(Line2D([], [], color=style.VERMILION, marker="D", linestyle="", markersize=4, label="alone"))
+        figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return figure
 
 

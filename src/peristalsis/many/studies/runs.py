@@ -8,8 +8,9 @@ from pathlib import Path
 
 from ...running.pool import Workers
 from ..engine import rows_of
+from ..kept import Store
 from ..rows import Point, Row, Step
-from ..sweep import Measured, Store
+from ..sweep import Measured
 from .outputs import KIND, measure
 
 

@@ -89,9 +89,9 @@ def method_of(study: Study, method: str | None = None) -> str:
     return str(chosen)
 
 
-def read_sensitivity(source: Study | str | PathLike[str]) -> Study:
+def read_sensitivity(source: Study | str | PathLike[str], reading: str | None = None) -> Study:
     """The study of a file that may have a table [sensitivity]; its design gives samples and seed."""
-    return located_study(source, (TABLE,), designs=("sobol",))
+    return located_study(source, (TABLE,), reading, designs=("sobol",))
 
 
 def sensitivity(
@@ -101,6 +101,7 @@ def sensitivity(
     method: str | None = None,
     workers: Workers = 1,
     kept: str | PathLike[str] | None = None,
+    reading: str | None = None,
     progress: Callable[[Step], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Sensitivity:
@@ -110,7 +111,7 @@ def sensitivity(
     power of two. Raises ConfigurationError, after the table is written, where a method based on variance is asked of an
     output that some points do not have; other arguments and errors as of `sweep`.
     """
-    read = read_sensitivity(study)
+    read = read_sensitivity(study, reading)
     chosen = method_of(read, method)
     way = METHODS[chosen]
     if any(one.distribution is None for one in read.variables):

@@ -85,6 +85,7 @@ def stall_map(
     *,
     workers: Workers = 1,
     kept: str | PathLike[str] | None = None,
+    reading: str | None = None,
     progress: Callable[[Step], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> StallMap:
@@ -93,7 +94,7 @@ def stall_map(
     The study has two parameters with ranges, and may have a table [map]: classes (a name of `classes`), nodes along
     each parameter, and coarse, those that it begins with. Other arguments and errors as of `sweep`.
     """
-    read = located_study(study, (TABLE,), designs=("grid",))
+    read = located_study(study, (TABLE,), reading, designs=("grid",))
     name, fine, coarse = _map_of(read)
     classifier = known_classes.get(name)
     levels = tuple(tuple(map(float, variable.levels(fine))) for variable in read.variables)

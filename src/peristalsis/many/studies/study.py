@@ -142,6 +142,18 @@ def _design(given: Any, kinds: tuple[str, ...]) -> Design:
     return Design(kind, samples, seed)
 
 
-def located_study(source: Study | str | PathLike[str], more: tuple[str, ...] = (), **how: Any) -> Study:
-    """A study as it is, or the one of a file."""
-    return source if isinstance(source, Study) else read_study(Path(source), more, **how)
+def located_study(
+    source: Study | str | PathLike[str], more: tuple[str, ...] = (), reading: str | None = None, **how: Any
+) -> Study:
+    """A study as it is, or the one of a file; under another reading if one is given.
+
+    Raises ConfigurationError where the study itself varies the reading, ReadingNotFound.
+    """
+    found = source if isinstance(source, Study) else read_study(Path(source), more, **how)
+    if reading is None:
+        return found
+    if any("reading" in one.keys for one in found.variables):
+        raise ConfigurationError(f"reading = {shown(reading)}: this study varies the reading itself; leave one out")
+    changed = found.with_changes({"reading": reading})
+    changed.configuration()
+    return changed

@@ -31,18 +31,19 @@ def sweep(
     workers: Workers = 1,
     kept: str | PathLike[str] | None = None,
     parquet: bool = False,
+    reading: str | None = None,
     progress: Callable[[Step], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Table:
     """Carry out a study (or that of a file) and write OUT/table.csv; only runs that are not kept are made.
 
     workers: processes, or the address of a Dask scheduler; the table does not depend on them. kept: folder of kept
-    runs, shared with other studies; `kept` beside OUT unless given. parquet: write the table as Parquet too. say: told
-    what differs from the study that OUT held. Runs that are refused, diverge or lose their worker are rows with their
-    reason; the last are tried again by the next call. Raises ConfigurationError for a bad study, WriteError, and
-    KeyboardInterrupt when stopped: what was finished is kept.
+    runs, shared with other studies; `kept` beside OUT unless given. parquet: write the table as Parquet too. reading:
+    instead of that of the file. say: told what differs from the study that OUT held. Runs that are refused, diverge or
+    lose their worker are rows with their reason; the last are tried again by the next call. Raises ConfigurationError
+    for a bad study, WriteError, and KeyboardInterrupt when stopped: what was finished is kept.
     """
-    read = located_study(study)
+    read = located_study(study, reading=reading)
     target = located(out)
     if parquet:
         parquet_library()  # missing: said before anything is run

@@ -1,21 +1,78 @@
-"""The folder of kept runs: what is in it, and how it is cleaned."""
+"""The folder of kept runs: how one is kept and found again, what is in it, and how it is cleaned."""
 
 from __future__ import annotations
 
+import hashlib
+import io
+import json
 import os
 import time
+import zipfile
+import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from ...errors import ConfigurationError, WriteError, shown
-from ...storing import disk
-from ..rows import CODE
-from ..sweep import Store
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ConfigurationError, WriteError, shown
+from ..storing import disk
+from .rows import CODE, Row
 
 CURRENT, STALE, DAMAGED, UNFINISHED = "of this version", "stale", "damaged", "unfinished"
 CHOICES = ("stale", "damaged", "all")
 OLD = 3600.0
 """Seconds after which a file that is not finished is taken for left behind: none takes as long to write."""
+
+
+class Store:
+    """A folder of kept runs, safe for any number of processes at once.
+
+    A file appears whole or not at all. One that cannot be read, or does not agree with its hash, counts as missing.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self.folder = Path(folder)
+
+    def load(self, key: str) -> Row | None:
+        """The kept run, or None."""
+        try:
+            with np.load(self.folder / f"{key}.npz", allow_pickle=False) as stored:
+                text = str(stored["numbers"])
+                arrays = {name: stored[name] for name in stored.files if name not in ("numbers", "sha256")}
+                if str(stored["sha256"]) != _digest(key, text, arrays):
+                    return None
+                return Row(json.loads(text), arrays)
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
+            return None
+
+    def save(self, key: str, row: Row) -> None:
+        """Keep a run. Raises WriteError."""
+        image = io.BytesIO()
+        arrays: dict[str, Any] = dict(row.arrays)
+        text = json.dumps(dict(row.summary), allow_nan=False)
+        sha256 = np.array(_digest(key, text, arrays))
+        np.savez_compressed(image, numbers=np.array(text), sha256=sha256, **arrays)
+        try:
+            disk.DISK.make_folder(self.folder)
+            disk.replace_file(self.folder / f"{key}.npz", image.getvalue(), mark=f"{os.getpid()}-")
+        except OSError as error:
+            raise WriteError(
+                f"could not keep a run in {shown(str(self.folder))}: {error.strerror or error}; free some space or "
+                "choose another folder with --out"
+            ) from None
+
+
+def _digest(key: str, text: str, arrays: Mapping[str, NDArray[Any]]) -> str:
+    """Hash of all that is kept of a run, its key included: a file under another name is not that run."""
+    found = hashlib.sha256(f"{key}\n{text}\n".encode())
+    for name in sorted(arrays):
+        values = np.ascontiguousarray(arrays[name])
+        found.update(f"{name} {values.dtype.str} {values.shape}\n".encode("ascii"))
+        found.update(values.tobytes())
+    return found.hexdigest()
 
 
 @dataclass(frozen=True)
