@@ -13,7 +13,7 @@ from peristalsis import scenarios
 from peristalsis.inputs.config import Configuration
 from peristalsis.inputs.parameters import shipped
 from peristalsis.many.rows import Row
-from peristalsis.scoring import regime, runs, sources
+from peristalsis.scoring import runs, sources
 from peristalsis.scoring.regime import NO_EDGE, OFF, SCORED, SCREENED_OUT, Search, merit, ranked, table
 from peristalsis.scoring.runs import Bench
 
@@ -47,7 +47,6 @@ def search(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Search:
     def sweep(configurations: Mapping[str, Configuration], *_: Any) -> dict[str, Row]:
         return {name: Row(made_up(one)) for name, one in configurations.items()}
 
-    monkeypatch.setattr(regime, "sweep", sweep)
     monkeypatch.setattr(runs, "sweep", sweep)
     edge = replace(SPACE.edge, halvings=5)
     asked = replace(SPACE.objective, claims=(1, 4, 22), screening=("baseline", "eta_x2", "pellet_x1.05"))

@@ -36,14 +36,25 @@ class Bench:
 
     def records(self, runs: Iterable[Experiment], condition: Condition) -> dict[str, Row]:
         """The records of runs; an experiment that the configuration refuses has a record that says so."""
-        found: dict[str, Row] = {}
+        return {run: row for (_, run), row in self.records_under((condition, run) for run in runs).items()}
+
+    def records_under(self, runs: Iterable[tuple[Condition, Experiment]]) -> dict[tuple[str, str], Row]:
+        """Records of runs under many conditions, by condition and run; all missing ones are made side by side."""
+        found: dict[tuple[str, str], Row] = {}
         accepted: dict[str, Configuration] = {}
-        for run in runs:
+        names: dict[str, tuple[str, str]] = {}
+        asked = list(runs)
+        several = len({condition.title for condition, _ in asked}) > 1
+        for condition, run in asked:
+            key = (condition.title, run.name)
+            name = " ".join(key) if several else run.name
             try:
-                accepted[run.name] = run.configuration(condition.reading, condition.variant)
+                accepted[name] = run.configuration(condition.reading, condition.variant)
+                names[name] = key
             except ConfigurationError as error:
-                found[run.name] = Row({"status": "refused", "error": str(error)})
-        return found | sweep(accepted, self.folder, self.source.measure, self.workers, self.progress)
+                found[key] = Row({"status": "refused", "error": str(error)})
+        rows = sweep(accepted, self.folder, self.source.measure, self.workers, self.progress)
+        return found | {names[name]: row for name, row in rows.items()}
 
     def search(self, search: Search, condition: Condition) -> tuple[Threshold, dict[str, Row]]:
         """Carry out one search."""
