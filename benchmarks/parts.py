@@ -13,7 +13,7 @@ from .clock import Spent
 SOLVER = {"solver": ("model.stepping", "advance_run")}
 STEP = {
     "conduction": ("model.sheets", "advance_layer"),
-    "wall": ("model.step", "_solve_wall"),
+    "wall": ("model.step", "solve_wall"),
     "trigger": ("model.step", "_listen_to_muscle"),
     "receptors": ("model.step", "_listen_to_stretch"),
 }

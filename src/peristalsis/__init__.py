@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .many.batch import batch
     from .many.dose_response import dose_response
     from .many.fitting import fit
+    from .many.passes import passes
     from .many.studies.cohort import cohort
     from .many.studies.sensitivity import sensitivity
     from .many.studies.stall_map import stall_map
@@ -46,6 +47,7 @@ __all__ = [
     "fit",
     "load",
     "number",
+    "passes",
     "register",
     "run",
     "scenario_names",
@@ -68,6 +70,7 @@ _HOMES = {
     "fit": ("many.fitting", "fit"),
     "load": ("results.result", "load"),
     "number": ("declared", "number"),
+    "passes": ("many.passes", "passes"),
     "register": ("plugins", "register"),
     "run": ("running.runner", "run"),
     "scenario_names": ("scenarios", "names"),

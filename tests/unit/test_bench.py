@@ -5,8 +5,9 @@ import pytest
 
 import peristalsis as ps
 from peristalsis.inputs.parameters import PARAMETERS, PREPARATIONS
+from peristalsis.results.measures import speed_between
 from peristalsis.scoring.bench.claims import CLAIMS
-from peristalsis.scoring.bench.measure import order_of_events, speed_between
+from peristalsis.scoring.bench.measure import order_of_events
 from peristalsis.scoring.bench.rules import HalvesTogether, half_at
 from peristalsis.scoring.bench.source import SOURCE
 from peristalsis.scoring.experiment import Experiment

@@ -127,6 +127,40 @@ def test_a_load_by_protocol_is_the_load_from_then_on() -> None:
     assert changing.arrays["pellet_position"][-1] < free.arrays["pellet_position"][-1] - 0.2
 
 
+def test_the_pull_of_a_load_by_protocol_is_its_value_at_the_step() -> None:
+    """F_z less what friction takes is the weight of the protocol at the beginning of each step."""
+    line = "pellet.load_weight: ramp 0 mN at 8 s, 30 mN at 14 s"
+    result = run({"pellet.load": "weight", "run.duration": "18 s", "protocols": [line]})
+    arrays = result.arrays
+    time = arrays["time_step"]
+    asked = np.interp(time - 0.1, (8.0, 14.0), (0.0, 30.0))
+    pull = arrays["axial_force"] + arrays["dry_force"] + arrays["viscous_force"]
+    sliding = (arrays["pellet_velocity"] > 0.05) & (time > 4.0)
+    assert sliding.sum() > 50
+    assert asked[sliding].max() > 29.0
+    assert np.abs(pull - asked)[sliding].max() < 1e-6
+
+
+@pytest.mark.parametrize("key", ["pellet.load_weight", "pellet.load_stiffness"])
+def test_a_load_by_protocol_without_a_string_is_refused(key: str) -> None:
+    unit = "mN" if key.endswith("weight") else "mN/cm"
+    with pytest.raises(ConfigurationError, match=r"pellet\.load = none does not read it; set pellet\.load = weight"):
+        ps.configuration("guinea_pig", changes={"protocols": [f"{key}: step 1 {unit} at 0 s"]})
+
+
+def test_warming_by_protocol_acts_from_its_step_on() -> None:
+    """Force is Q_F^(T/10) of what it was, and the cells run Q_k^(T/10) times as fast, from the first step at 3 s on."""
+    line = "tissue.warming: step 0 K at 0 s, -10 K at 3 s"
+    simulation = ps.Simulation(ps.configuration("guinea_pig", changes={**SMALL, "protocols": [line]}))
+    tissue = simulation.configuration.tissue
+    simulation.advance("3 s")
+    warm = simulation.model.circular
+    simulation.advance("100 ms")
+    cold = simulation.model.circular
+    assert cold.force_factor / warm.force_factor == pytest.approx(1.0 / tissue.q10_force)
+    assert cold.constants.kinetics_rate / warm.constants.kinetics_rate == pytest.approx(1.0 / tissue.q10_kinetics)
+
+
 def test_a_held_pellet_stays_and_is_pushed() -> None:
     result = run({"pellet.held": True, "pellet.start_gap": "3 cm", "run.duration": "15 s"})
     arrays = result.arrays

@@ -210,6 +210,7 @@ def test_a_value_and_a_protocol_that_has_it_from_the_start_give_the_same_bits(sp
 OWN: dict[str, dict[str, object]] = {
     "pacemaker": {"pacemaker.kind": "periodic", "trigger.rule": "pacemaker"},
     "rings": {"rings.enabled": True, "rings.positions": ["5 cm"], "pacemaker.kind": "none", "trigger.rule": "none"},
+    "pellet": {"pellet.load": "weight"},
 }
 """What makes the parameters of a section act."""
 

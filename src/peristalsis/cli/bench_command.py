@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Annotated
 
 import typer
@@ -9,12 +10,14 @@ import typer
 from ..errors import ConfigurationError, shown, suggestion
 from ..paths import located
 from .job import Job
-from .paper_command import MOST_WORKERS, PaperOrder, carry_out_order
+from .paper_command import COARSE_NOTE, MOST_WORKERS, PaperOrder, RunProgress, carry_out_order
+from .streams import Screen, spelled
 
 EXAMPLES = (
     "peristalsis bench",
     "peristalsis bench --variant constant-friction --variant ungraded",
     "peristalsis bench --coarse --workers 2",
+    "peristalsis bench --calibrate --out out/calibration",
 )
 
 
@@ -33,6 +36,14 @@ def bench(
             "falling-friction, all-or-none, conducting, late-rise, taut, doubled or all. Can be given more than once.",
         ),
     ] = None,
+    calibrate: Annotated[
+        bool,
+        typer.Option(
+            "--calibrate",
+            help="Instead of scoring: which constants the measurements fix and which they leave free (some twenty "
+            "minutes of a processor).",
+        ),
+    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
     ] = False,
@@ -47,7 +58,42 @@ def bench(
     order = PaperOrder(
         None, "all", workers, located(out), coarse, searches=False, variants=_variants(variant or []), source="bench"
     )
-    return Job(lambda screen: carry_out_order(order, screen))
+    if calibrate and order.variants:
+        raise ConfigurationError("--calibrate and --variant: the preparation as shipped is calibrated; leave one out")
+    return Job(lambda screen: (calibrate_order if calibrate else carry_out_order)(order, screen))
+
+
+def calibrate_order(order: PaperOrder, screen: Screen) -> int:
+    """Calibrate, write the page of what came out, and say which constants are fixed; the exit code."""
+    from ..scoring import calibrated, sources
+    from ..scoring.calibration import Search, good_points
+    from ..scoring.report import write_page
+    from ..scoring.runs import Bench
+
+    begin = time.monotonic()
+    screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(order.out / 'runs')}: call again to go on"
+    source = sources.get(order.source)
+    assert source.calibration is not None
+    plan, claims = source.calibration(), source.claims
+    bench = Bench(source, order.out / "runs", order.workers, RunProgress(screen, "calibration"))
+    grids = source.coarse if order.coarse else {}
+    found = Search(bench, plan, source.sets[0], grids, screen.say).carry_out()
+    tables = [
+        make(claims, plan, found)
+        for make in (calibrated.constants, calibrated.combinations, calibrated.predicted, calibrated.points)
+    ]
+    note = COARSE_NOTE if order.coarse else ""
+    picture = calibrated.picture(claims, plan, found)
+    page = write_page(source, tables, [picture], (), order.out / "calibration.html", note)
+    spent = time.monotonic() - begin
+    for one in tables[:3]:
+        screen.table(one.columns, one.rows)
+    good = len(good_points(claims, plan, found))
+    screen.answer(
+        {"status": "finished", "written": str(page), "points": len(found), "hold": good, "wall_s": round(spent, 1)}
+    )
+    screen.say(f"{good} of {len(found)} points hold; written: {spelled(page)} ({spent:.0f} s)")
+    return 0
 
 
 def _variants(names: list[str]) -> tuple[str, ...]:

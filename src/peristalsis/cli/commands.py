@@ -19,6 +19,7 @@ from .job import Job
 from .map_command import map_
 from .options import Config, Drugs, Folder, Json, Library, MaybeName, Name, Overwrite, Reading, Settings
 from .paper_command import paper
+from .passes_command import passes_
 from .study_command import COMMANDS as STUDIES
 
 app = typer.Typer(
@@ -385,6 +386,7 @@ app.command("app", epilog=epilog("app"))(app_)
 app.command("fit", epilog=epilog("fit"))(fit_)
 app.command("map", epilog=epilog("map"))(map_)
 app.command("paper", epilog=epilog("paper"))(paper)
+app.command("passes", epilog=epilog("passes"))(passes_)
 for command, declared in STUDIES.items():
     app.command(command, epilog=epilog(command))(declared)
 

@@ -8,6 +8,7 @@ from .dose_command import EXAMPLES as DOSE_EXAMPLES
 from .fit_command import EXAMPLES as FIT_EXAMPLES
 from .map_command import EXAMPLES as MAP_EXAMPLES
 from .paper_command import EXAMPLES as PAPER_EXAMPLES
+from .passes_command import EXAMPLES as PASSES_EXAMPLES
 from .study_command import EXAMPLES as STUDY_EXAMPLES
 
 EXIT_CODES = (
@@ -64,6 +65,7 @@ EXAMPLES = {
     "fit": FIT_EXAMPLES,
     "map": MAP_EXAMPLES,
     "paper": PAPER_EXAMPLES,
+    "passes": PASSES_EXAMPLES,
     **STUDY_EXAMPLES,
     "bench": BENCH_EXAMPLES,
     "warm-up": ("peristalsis warm-up", "peristalsis warm-up --set tissue.cell=hodgkin_huxley"),

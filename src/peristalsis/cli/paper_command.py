@@ -127,7 +127,7 @@ def carry_out_order(order: PaperOrder, screen: Screen) -> int:
         names = next(one.runs for one in source.pictures if one.number == order.figure)
     outcomes: list[Outcome] = []
     for condition, searched in source.conditions(order.sets(source), order.variants, order.coarse):
-        bench = Bench(source, order.out / "runs", order.workers, _Progress(screen, condition.title))
+        bench = Bench(source, order.out / "runs", order.workers, RunProgress(screen, condition.title))
         outcomes.append(carry_out(bench, condition, names, order.searches and order.figure is None and searched))
     page = write_report(source, outcomes, order.out, order.figure, COARSE_NOTE if order.coarse else "")
     spent = time.monotonic() - begin
@@ -155,7 +155,7 @@ def search_order(order: PaperOrder, screen: Screen) -> int:
     source = sources.get(order.source)
     if source.space is None:
         raise ConfigurationError(f"--search: the source {order.source} has no space to search; give it one")
-    bench = Bench(source, order.out / "runs", order.workers, _Progress(screen, "search"))
+    bench = Bench(source, order.out / "runs", order.workers, RunProgress(screen, "search"))
     search = Search(bench, source.space, order.sets(source)[0], screen.say)
     found = table(source.claims, source.space, search.carry_out())
     path = write_table(found, order.out)
@@ -166,7 +166,7 @@ def search_order(order: PaperOrder, screen: Screen) -> int:
     return 0
 
 
-class _Progress:
+class RunProgress:
     """One line on stderr for every finished run."""
 
     def __init__(self, screen: Screen, reading: str) -> None:

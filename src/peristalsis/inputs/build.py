@@ -54,7 +54,7 @@ def build(configuration: Configuration, like: Model | None = None, since: Config
     binding = like.binding if like is not None else bound_to(c)  # parts stay as they are during a run
 
     def same(*sections: str) -> bool:
-        shared = (*sections, "regions", "drugs")
+        shared = (*sections, "regions", "drugs", "tissue")
         return since is not None and all(getattr(c, name) is getattr(since, name) for name in shared)
 
     grid = like.grid if like is not None else _grid(c)

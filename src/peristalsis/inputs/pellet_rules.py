@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 
 LARGEST_SLACK = 0.4
 """Share of the tube by which its ends may be held nearer: the folds of a wall pack at a stretch of 0.2."""
+PULLED_BY = {"pellet.load_weight": ("weight",), "pellet.load_stiffness": ("weight", "spring")}
+"""Which loads read a parameter that a protocol may change."""
 MOST_DISCHARGES = 100
 """Discharges of one receptor whose answers are under way at one time."""
 
@@ -40,6 +42,13 @@ def check_pellet_and_reflex(config: Configuration) -> None:
             f"wall.slack_length = {wall.slack_length:g} cm: the ends are held at {wall.span:g} cm, and the pellet and "
             f"its gap take {needed:.6g} cm; use less slack, a longer tube or a smaller pellet"
         )
+    for protocol in config.time_courses():
+        kinds = PULLED_BY.get(protocol.parameter)
+        if kinds is not None and config.pellet.load not in kinds:
+            raise ConfigurationError(
+                f"protocols: {protocol.parameter} changes and pellet.load = {config.pellet.load} does not read it; set "
+                f"pellet.load = {kinds[0]}"
+            )
     reflex = config.reflex
     if reflex.kind != "graded":
         return

@@ -51,6 +51,7 @@ CHANGEABLE_KEYS = (
     "pellet.load_stiffness",
     "lumen.pressure",
     "wall.viscosity",
+    "tissue.warming",
     *(
         f"{layer}.{name}"
         for layer in ("longitudinal", "circular")
@@ -66,7 +67,8 @@ CHANGEABLE_KEYS = (
         )
     ),
 )
-"""What may change during a run: pressure, friction, muscle force, conductances and conduction, and the drivers."""
+"""What may change during a run: pressure, friction, load, temperature, muscle force, conductances and conduction, and
+the drivers."""
 
 
 def changeable(key: str) -> bool:

@@ -40,7 +40,7 @@ def initial_state(model: Model) -> tuple[Model, State, list[str]]:
     rho, zeta, contact, force = tube.rho, tube.zeta, tube.contact, float(tube.scalars[2])
     volume = lumen_volume(rho, zeta) - (model.pellet.volume if model.pellet.present else 0.0)
     complete = replace(model, free_radius=free, lumen=model.lumen._replace(reference_volume=volume))
-    pellet = PelletState(model.start_position, 0.0, force, _holding(complete, contact, rho, zeta))
+    pellet = PelletState(model.start_position, 0.0, force, holding(complete, contact, rho, zeta))
     return complete, _at_rest(model, sheets, rho, zeta, contact, pellet), [*remarks, *more]
 
 
@@ -86,7 +86,7 @@ def _at_rest(
     )
 
 
-def _holding(model: Model, contact: Floats, rho: Floats, zeta: Floats) -> float:
+def holding(model: Model, contact: Floats, rho: Floats, zeta: Floats) -> float:
     """Dry friction [mN] that holds the resting pellet, Eqs. (50) and (51)."""
     area = 2.0 * np.pi * model.wall.radius * model.wall.element_size
     places = np.zeros((rho.size, 1, 3))

@@ -62,9 +62,7 @@ def _in_turn(model: Model, state: State, stimuli: Stimuli) -> tuple[State, StepR
     """Sheets on the wall of before, extrapolated, then the wall under their drive, implicitly."""
     longitudinal, circular, network, drive = advance_tissue(model, state, stimuli, state.step * model.dt_wall)
     stop = (state.step + 1) * model.dt_wall
-    solved = _solve_wall(
-        model, state.wall, state.pellet, state.pressure, drive, model.dt_wall, model.max_halvings, stop
-    )
+    solved = solve_wall(model, state.wall, state.pellet, state.pressure, drive, model.dt_wall, model.max_halvings, stop)
     after = replace(
         state,
         step=state.step + 1,
@@ -78,7 +76,7 @@ def _in_turn(model: Model, state: State, stimuli: Stimuli) -> tuple[State, StepR
     return after, StepReport(solved.iterations, solved.assemblies, solved.solves, solved.krylov)
 
 
-def _solve_wall(
+def solve_wall(
     model: Model,
     wall: WallState,
     pellet: PelletState,
@@ -100,8 +98,8 @@ def _solve_wall(
             f"{_remedy(model)}"
         )
     middle = 0.5 * (wall.drive + drive)
-    half = _solve_wall(model, wall, pellet, pressure, middle, 0.5 * dt, halvings - 1, time - 0.5 * dt)
-    full = _solve_wall(model, half.wall, half.pellet, half.pressure, drive, 0.5 * dt, halvings - 1, time)
+    half = solve_wall(model, wall, pellet, pressure, middle, 0.5 * dt, halvings - 1, time - 0.5 * dt)
+    full = solve_wall(model, half.wall, half.pellet, half.pressure, drive, 0.5 * dt, halvings - 1, time)
     return replace(
         full,
         iterations=half.iterations + full.iterations,

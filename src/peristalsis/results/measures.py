@@ -1,4 +1,4 @@
-"""Speeds of waves, defined on plain arrays: a number, or none with the reason."""
+"""Speeds of waves and of a pellet between two places, defined on plain arrays: a number, or none with the reason."""
 
 from __future__ import annotations
 
@@ -133,3 +133,28 @@ def share_of(part: float | None, whole: float, least: float) -> float | None:
     if part is None or not math.isfinite(part) or not math.isfinite(whole):
         return None
     return part / max(whole, least)
+
+
+def speed_between(time: Floats, place: Floats, low: float, high: float) -> float:
+    """Mean speed of a pellet between two places [cm/s], never negative.
+
+    Of one that does not pass the second, over the time that is left to it; of one that does not come to the first, over
+    the whole course. time [s], place [cm]: of its centre, (n,).
+    """
+    enters, leaves = _passes(time, place, low), _passes(time, place, high)
+    if enters is None:
+        return max(0.0, float(place[-1] - place[0]) / float(time[-1] - time[0]))
+    if leaves is None:
+        left = float(time[-1]) - enters
+        return max(0.0, (float(place[-1]) - low) / left) if left > 0.0 else 0.0
+    return (high - low) / (leaves - enters)
+
+
+def _passes(time: Floats, place: Floats, where: float) -> float | None:
+    """When a place is first passed [s], between two steps; None if it is not, or was before."""
+    beyond = np.flatnonzero(place >= where)
+    if beyond.size == 0 or beyond[0] == 0:
+        return None
+    i = int(beyond[0])
+    share = (where - place[i - 1]) / (place[i] - place[i - 1])
+    return float(time[i - 1] + share * (time[i] - time[i - 1]))

@@ -64,7 +64,7 @@ class Simulation:
         self._inputs = values_at(self._courses, 0.0)
         self._built_from = configuration.at_time(self._inputs)
         model = build(self._built_from)
-        self.model, self.state, remarks = model.binding.module("model.initial").initial_state(model)
+        self.model, self.state, remarks = self._beginning(model)
         if explicit:
             preflight.check_explicit_step(configuration, self.model, self.state)
         at_start = preflight.remarks_of_start(configuration, self.state)
@@ -82,6 +82,11 @@ class Simulation:
         self._start = _hash_of_start(self.model, self.state)
         for observer in self._observers:
             observer.start(self.model, self.state)
+
+    def _beginning(self, model: Model) -> tuple[Model, State, list[str]]:
+        """The model completed with V0, the state before t = 0, and remarks; another kind of run begins otherwise."""
+        found: tuple[Model, State, list[str]] = model.binding.module("model.initial").initial_state(model)
+        return found
 
     @classmethod
     def resume(

@@ -9,14 +9,12 @@ follows from the space and from kept runs, so that a second search, or one taken
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from .. import scenarios
-from ..many.rows import Row
 from .claim import Claim
-from .experiment import Experiment
 from .outcome import Condition
 from .rules import Measured
 from .runs import Bench, carry_out
@@ -110,14 +108,14 @@ class Search:
 
     def _rides(self, forces: Mapping[str, float], found: Mapping[str, Candidate]) -> dict[str, bool]:
         norm = self.bench.source.runs[self.space.edge.run]
-        rows = self._records((self.condition(found[name], force), norm) for name, force in forces.items())
+        rows = self.bench.records_under((self.condition(found[name], force), norm) for name, force in forces.items())
         return {name: self.space.edge.rides(rows[name, norm.name].summary) for name in forces}
 
     def _screened(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """The norm, and where its transit is within bounds the runs of the screening."""
         source, objective = self.bench.source, self.space.objective
         self.say(f"screening: {len(candidates)} points")
-        norms = self._records((self.condition(one), source.runs[self.space.edge.run]) for one in candidates)
+        norms = self.bench.records_under((self.condition(one), source.runs[self.space.edge.run]) for one in candidates)
         kept: list[Candidate] = []
         found: list[Candidate] = []
         for one in candidates:
@@ -126,7 +124,7 @@ class Search:
             off = transit is None or not objective.transit[0] <= transit <= objective.transit[1]
             (found if off else kept).append(replace(one, measured=measured, status=OFF if off else ""))
         runs = [source.runs[name] for name in objective.screening]
-        rows = self._records((self.condition(one), run) for one in kept for run in runs)
+        rows = self.bench.records_under((self.condition(one), run) for one in kept for run in runs)
         for one in kept:
             found.append(replace(one, measured={run.name: rows[one.name, run.name].summary for run in runs}))
         return found
@@ -139,12 +137,6 @@ class Search:
         condition, source = self.condition(candidate), self.bench.source
         outcome = carry_out(self.bench, condition, sorted(needed & set(source.runs)), searches=sorted(needed))
         return replace(candidate, measured=outcome.measured, status=SCORED)
-
-    def _records(self, runs: Iterable[tuple[Condition, Experiment]]) -> dict[tuple[str, str], Row]:
-        """Records of runs under many conditions, by condition and run; all missing ones are made side by side."""
-        asked = {(condition.title, run.name): (condition, run) for condition, run in runs}
-        rows = self.bench.carry({" ".join(key): case for key, case in asked.items()})
-        return {key: rows[" ".join(key)] for key in asked}
 
 
 def _middle(low: float, high: float) -> float:

@@ -64,29 +64,48 @@ def write_report(
     """
     target = Path(folder)
     chosen = [one for one in source.pictures if only is None or one.number == only]
-    with _into(target):
-        images = {one.name: _write_picture(one, outcomes, target) for one in chosen if one.drawable(outcomes)}
-        if only is not None:
-            return target / f"{chosen[0].name}.png"
+    if only is None:
         tables = all_tables(source, outcomes, scores_of(source, outcomes))
+        return write_page(source, tables, chosen, outcomes, target / PAGE, note)
+    with _writing(target):
+        for one in chosen:
+            if one.drawable(outcomes):
+                _write_picture(one, outcomes, target)
+    return target / f"{chosen[0].name}.png"
+
+
+def write_page(
+    source: Source,
+    tables: Sequence[Table],
+    pictures: Sequence[Picture],
+    outcomes: Sequence[Outcome],
+    page: Path,
+    note: str = "",
+) -> Path:
+    """Write a page with tables and pictures, and beside it each table as CSV and each picture; returns the page.
+
+    note: a line at its top. Raises WriteError.
+    """
+    with _writing(page.parent):
+        images = {one.name: _write_picture(one, outcomes, page.parent) for one in pictures if one.drawable(outcomes)}
         for table in tables:
-            _write(target / f"{table.name}.csv", table.csv().encode("utf-8"))
-        page = page_of(source, tables, [(one, images[one.name]) for one in chosen if one.name in images], note)
-        _write(target / PAGE, page.encode("utf-8"))
-    return target / PAGE
+            _write(page.parent / f"{table.name}.csv", table.csv().encode("utf-8"))
+        shown_here = [(one, images[one.name]) for one in pictures if one.name in images]
+        _write(page, page_of(source, tables, shown_here, note).encode("utf-8"))
+    return page
 
 
 def write_table(table: Table, folder: Path) -> Path:
     """Write one table as CSV into a folder and return its path. Raises WriteError."""
     path = folder / f"{table.name}.csv"
-    with _into(folder):
+    with _writing(folder):
         _write(path, table.csv().encode("utf-8"))
     return path
 
 
 @contextmanager
-def _into(folder: Path) -> Iterator[None]:
-    """The folder is there, and what goes wrong with it or in it is said in one sentence."""
+def _writing(folder: Path) -> Iterator[None]:
+    """A folder that is there to be written into. Raises WriteError where that fails."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         yield

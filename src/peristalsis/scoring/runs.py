@@ -36,18 +36,25 @@ class Bench:
 
     def records(self, runs: Iterable[Experiment], condition: Condition) -> dict[str, Row]:
         """The records of runs under one condition, by name."""
-        return self.carry({run.name: (condition, run) for run in runs})
+        return {run: row for (_, run), row in self.records_under((condition, run) for run in runs).items()}
 
-    def carry(self, cases: Mapping[str, tuple[Condition, Experiment]]) -> dict[str, Row]:
-        """The records of cases, by name, made side by side; one that the configuration refuses has one that says so."""
-        found: dict[str, Row] = {}
+    def records_under(self, runs: Iterable[tuple[Condition, Experiment]]) -> dict[tuple[str, str], Row]:
+        """Records of runs under many conditions, by condition and run; all missing ones are made side by side.
+
+        An experiment that the configuration refuses has a record that says so.
+        """
+        asked = {(condition.title, run.name): (condition, run) for condition, run in runs}
+        several = len({title for title, _ in asked}) > 1
+        names = {key: " ".join(key) if several else key[1] for key in asked}
+        found: dict[tuple[str, str], Row] = {}
         accepted: dict[str, Configuration] = {}
-        for name, (condition, run) in cases.items():
+        for key, (condition, run) in asked.items():
             try:
-                accepted[name] = run.configuration(condition.reading, condition.variant)
+                accepted[names[key]] = run.configuration(condition.reading, condition.variant)
             except ConfigurationError as error:
-                found[name] = Row({"status": "refused", "error": str(error)})
-        return found | sweep(accepted, self.folder, self.source.measure, self.workers, self.progress)
+                found[key] = Row({"status": "refused", "error": str(error)})
+        rows = sweep(accepted, self.folder, self.source.measure, self.workers, self.progress)
+        return found | {key: rows[name] for key, name in names.items() if name in rows}
 
     def search(self, search: Search, condition: Condition) -> tuple[Threshold, dict[str, Row]]:
         """Carry out one search."""

@@ -21,6 +21,8 @@ from .space import Space
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
+    from .calibration import Calibration
+
 COARSE: Mapping[str, Any] = {"grid.n_z": 400, "grid.n_z_wall": 200, "step.wall": "4 ms"}
 """Grids for a quick look: transits are off by some ten per cent, and verdicts with them."""
 
@@ -110,8 +112,9 @@ class Source:
     sets: parameter sets, the default first; word: how tables call one. prefix: before the number of a claim. columns:
     of the table of runs, metric to heading. tables: further ones of the report. words: table to its title and the line
     above it. about: a paragraph at the top of the page, in which {version} is that of the package. coarse: changes for
-    a quick look. space: what a search for a parameter set may move, if there is one. Kept runs hold what `measure` made
-    of them, so each source has a folder of its own.
+    a quick look. space: what a search for a parameter set may move, if there is one; calibration: how its constants are
+    calibrated, read when it is asked for. Kept runs hold what `measure` made of them, so each source has a folder of
+    its own.
     """
 
     name: str
@@ -136,6 +139,7 @@ class Source:
     word: str = "reading"
     prefix: str = ""
     space: Space | None = None
+    calibration: Callable[[], Calibration] | None = None
 
     def label(self, claim: int) -> str:
         """Number of a claim as the report prints it."""

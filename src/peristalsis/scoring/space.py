@@ -51,6 +51,10 @@ class Free:
             return math.log(value / self.low) / math.log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
 
+    def stated(self, value: float) -> float | str:
+        """A value as configurations take it."""
+        return value if self.unit == DIMENSIONLESS else format_quantity(value, self.unit)
+
 
 @dataclass(frozen=True, slots=True)
 class Choice:
@@ -145,7 +149,7 @@ class Space:
         for one in self.free:
             for key in one.keys:
                 value = float(values[one.name]) * (float(base[key]) if one.factor else 1.0)
-                changes[key] = value if one.unit == DIMENSIONLESS else format_quantity(value, one.unit)
+                changes[key] = one.stated(value)
         for choice in self.choices:
             changes[choice.key] = str(values[choice.name])
         return changes

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...many.rows import CODE
+from ...results.measures import speed_between
 from ...results.result import json_ready
 from ..measure import thinned
 from ..metrics import Metric
@@ -83,27 +84,6 @@ def measure(simulation: Simulation, result: Result) -> tuple[dict[str, Any], dic
     }
     cleaned: dict[str, Any] = json_ready(numbers)
     return cleaned, thinned(result)
-
-
-def speed_between(time: Floats, place: Floats, low: float, high: float) -> float:
-    """Mean speed between two places [cm/s], as `METRICS` says; never negative."""
-    enters, leaves = _passes(time, place, low), _passes(time, place, high)
-    if enters is None:
-        return max(0.0, float(place[-1] - place[0]) / float(time[-1] - time[0]))
-    if leaves is None:
-        left = float(time[-1]) - enters
-        return max(0.0, (float(place[-1]) - low) / left) if left > 0.0 else 0.0
-    return (high - low) / (leaves - enters)
-
-
-def _passes(time: Floats, place: Floats, where: float) -> float | None:
-    """When a place is first passed [s], between two steps; None if it is not, or was before."""
-    beyond = np.flatnonzero(place >= where)
-    if beyond.size == 0 or beyond[0] == 0:
-        return None
-    i = int(beyond[0])
-    share = (where - place[i - 1]) / (place[i] - place[i - 1])
-    return float(time[i - 1] + share * (time[i] - time[i - 1]))
 
 
 def order_of_events(

@@ -6,6 +6,7 @@ import tomllib
 from pathlib import Path
 
 from ...inputs.parameters import PREPARATIONS
+from ..calibration import Calibration, read_calibration
 from ..claim import Explanation
 from ..source import ParameterSet, Source
 from .claims import CLAIMS, NOT_TESTABLE
@@ -20,6 +21,10 @@ _PREPARATION = PREPARATIONS["guinea_pig_distal_colon"]
 def _explanations() -> tuple[Explanation, ...]:
     with (Path(__file__).parent / "explanations.toml").open("rb") as file:
         return tuple(Explanation(**entry) for entry in tomllib.load(file).get("explanation", ()))
+
+
+def _calibration() -> Calibration:
+    return read_calibration(Path(__file__).parent / "calibration.toml", _PREPARATION.parameters)
 
 
 SOURCE = Source(
@@ -49,6 +54,7 @@ SOURCE = Source(
     measure=measure,
     metrics=METRICS,
     coarse={"grid.n_z": 200, "grid.n_z_wall": 150, "step.wall": "100 ms", "step.conduction": "20 ms"},
+    calibration=_calibration,
     word="preparation",
     prefix="B",
 )
