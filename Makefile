@@ -115,7 +115,7 @@ docs: $(READY)
 audit: $(READY)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt pip-audit
 	@$(BIN)/python tools/licences.py
-	@$(BIN)/python -m pip_audit --local --skip-editable --progress-spinner off
+	@$(BIN)/python tools/audit.py
 
 wheel: $(READY)
 	@$(BIN)/python tools/wheel.py --surface --explicit

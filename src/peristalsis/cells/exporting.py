@@ -127,7 +127,7 @@ def _of_plant() -> Equations:
     v = Formula("membrane.V")
     constants = _names("constants", model.cell._fields)
     h, n, x, c = (Formula(f"states.{name}") for name in ("h", "n", "x", "c"))
-    channels = {k: Formula(f"channels.{name}") for k, name in enumerate(reader.module.CONDUCTANCES)}
+    channels = {k: Formula(f"channels.{name}") for k, name in enumerate(reader.module.CHANNELS)}
     targets = reader.call("gate_targets", v, constants)
     noted = [reader.note(f"gate_{k}", one) for k, one in enumerate(targets)]
     gating = tuple(reader.lines)
@@ -153,7 +153,7 @@ def _of_plant() -> Equations:
         "plant",
         "bursting neuron of Plant (1981), constants of the longitudinal layer",
         tuple((n_, float(x_), known.get(n_, "1")) for n_, x_ in zip(model.cell._fields, model.cell, strict=True)),
-        tuple((n_, float(x_), "mS/cm^2") for n_, x_ in zip(reader.module.CONDUCTANCES, conductances, strict=True)),
+        tuple((n_, float(x_), "mS/cm^2") for n_, x_ in zip(reader.module.CHANNELS, conductances, strict=True)),
         (("gating", gating), ("ionic", tuple(reader.lines))),
         tuple(rates),
         Formula(f"ionic.{total}"),

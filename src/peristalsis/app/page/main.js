@@ -245,7 +245,7 @@ function labels() {
   document.querySelectorAll("[data-file]").forEach((button) => { if (!at(form.slot)?.frames.length) button.disabled = true; else if (!$("kept").textContent.startsWith("Making")) button.disabled = false; });
   SLOTS.filter((one) => panes[one]).forEach((one) => panes[one].words.forEach((place) => {
     const record = at(one);
-    place.textContent = record?.header ? [record.header.scenario, record.header.reading, ...record.header.drugs].join(", ") : "";
+    place.textContent = record?.header ? [record.header.scenario, record.header.reading, ...record.header.drugs].join(", ").replaceAll(" uM", " µM") : "";
   }));
 }
 
