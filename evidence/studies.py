@@ -1,7 +1,7 @@
 """Studies carried out: docs/evidence/studies.md and its pictures, from what the commands of the package measured.
 
 `python evidence/studies.py [FOLDER [PART ...]]` measures what FOLDER (out/evidence_studies unless given) does not have,
-all of it or only these parts, and writes the page of what is there. Finished runs are kept in FOLDER/kept, finished
+all of it or only these parts (or single measurements of them), and writes the page of what is there. Finished runs are kept in FOLDER/kept, finished
 measurements as JSON beside them: a call that is stopped goes on where it was. Some forty minutes of one core.
 """
 
@@ -46,10 +46,11 @@ def measurements(folder: Path) -> dict[str, dict[str, Callable[[], Any]]]:
 def main() -> None:
     """Measure what is missing, write the page."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "out" / "evidence_studies").absolute()
+    asked = sys.argv[2:] or PARTS
     made: dict[str, Any] = {}
     for part, wanted in measurements(folder).items():
         for name, make in wanted.items():
-            if part in (sys.argv[2:] or PARTS):
+            if part in asked or name in asked:
                 made[name] = measured(folder, f"measured_{name}", make)
             elif (folder / f"measured_{name}.json").is_file():
                 made[name] = measured(folder, f"measured_{name}", dict)

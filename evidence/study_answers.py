@@ -21,7 +21,7 @@ CASES = (
     ("tight", "morris", OUTPUTS, 16),
     ("edge", "pawn", OUTPUTS, 128),
     ("edge", "morris", (SPEED, FORCE), 10),
-    ("edge", "sobol", (SPEED, FORCE), 32),
+    ("edge", "sobol", (SPEED, FORCE), 16),
 )
 """Reading, method, outputs, samples. Pellets stall under `edge`: transit then has no variance, and PAWN orders it."""
 CHECKED = 10
