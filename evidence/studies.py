@@ -1,8 +1,9 @@
 """Studies carried out: docs/evidence/studies.md and its pictures, from what the commands of the package measured.
 
 `python evidence/studies.py [FOLDER [PART ...]]` measures what FOLDER (out/evidence_studies unless given) does not have,
-all of it or only these parts (or single measurements of them), and writes the page of what is there. Finished runs are kept in FOLDER/kept, finished
-measurements as JSON beside them: a call that is stopped goes on where it was. Some forty minutes of one core.
+all of it or only these parts (or single measurements of them), and writes the page of what is there. Finished runs are
+kept in FOLDER/kept, finished measurements as JSON beside them: a call that is stopped goes on where it was. Some forty
+minutes of one core.
 """
 
 from __future__ import annotations
