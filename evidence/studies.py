@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from common import ROOT
-from study_answers import CASES, MAPS, checked, class_map, cohort, ishigami, sensitivity
+from study_answers import CASES, MAPS, checked, class_map, cohort, ishigami, of_nothing, sensitivity
 from study_commands import measured
 from study_page import write
 from study_workers import REPEATS, WAYS, jobqueue, killed, poisoned, timed
@@ -27,8 +27,10 @@ def measurements(folder: Path) -> dict[str, dict[str, Callable[[], Any]]]:
     """What each part measures, by name."""
     found: dict[str, dict[str, Callable[[], Any]]] = {part: {} for part in PARTS}
     found["sensitivity"]["ishigami"] = ishigami
-    for case in CASES:
-        found["sensitivity"][f"{case[1]}_{case[0]}"] = partial(sensitivity, folder, *case)
+    for name in CASES:
+        found["sensitivity"][name] = partial(sensitivity, folder, name)
+        if CASES[name].method == "pawn":
+            found["sensitivity"][f"nothing_{name}"] = partial(of_nothing, folder, name)
     for reading in ("tight", "edge"):
         found["sensitivity"][f"checked_{reading}"] = partial(checked, folder, reading)
     found["cohort"]["cohort"] = partial(cohort, folder)
