@@ -20,7 +20,7 @@ from study_commands import measured
 from study_page import write
 from study_workers import REPEATS, WAYS, jobqueue, killed, poisoned, timed
 
-PARTS = ("sensitivity", "cohort", "map", "killed", "workers")
+PARTS = ("sensitivity", "cohort", "map", "deaths", "workers")
 
 
 def measurements(folder: Path) -> dict[str, dict[str, Callable[[], Any]]]:
@@ -36,10 +36,10 @@ def measurements(folder: Path) -> dict[str, dict[str, Callable[[], Any]]]:
     found["cohort"]["cohort"] = partial(cohort, folder)
     for name in MAPS:
         found["map"][f"map_{name}"] = partial(class_map, folder, name)
-    found["killed"]["killed"] = partial(killed, folder / "killed")
+    found["deaths"]["killed"] = partial(killed, folder / "killed")
     for number, way in enumerate(WAYS[1:]):
-        found["killed"][f"poisoned_{number}"] = partial(poisoned, folder / "poisoned", way)
-    found["killed"]["jobqueue"] = partial(jobqueue, folder / "jobqueue")
+        found["deaths"][f"poisoned_{number}"] = partial(poisoned, folder / "poisoned", way)
+    found["deaths"]["jobqueue"] = partial(jobqueue, folder / "jobqueue")
     for repeat in range(REPEATS):
         for number, way in enumerate(WAYS):
             found["workers"][f"timed_{number}_{repeat}"] = partial(timed, folder / "timed", way)
