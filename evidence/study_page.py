@@ -105,7 +105,9 @@ def one_sensitivity(made: Made, name: str) -> str:
     floor = made.get(f"nothing_{name}")
     if floor:
         words = ", ".join(f"{value:.2g} for `{output}`" for output, value in floor.items())
-        text += f"A parameter that does nothing has, in so many runs, an index of {words}.\n\n"
+        text += (
+            f"Shuffled numbers, that have nothing to do with the runs, get {words}: less than that says nothing.\n\n"
+        )
     return text + "\n".join(bands(found["indices"], output) for output in found["without"]) + "\n"
 
 
