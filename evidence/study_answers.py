@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,51 +16,73 @@ from study_commands import carried_out, rows_of
 from peristalsis.many.studies.indices import METHODS
 
 EXAMPLE = ROOT / "examples" / "sensitivity.toml"
-TRANSIT, SPEED, FORCE = OUTPUTS = ("transit_s", "mean_velocity_cm_s", "max_axial_force_mN")
-CASES = (
-    ("tight", "sobol", OUTPUTS, 64),
-    ("tight", "morris", OUTPUTS, 16),
-    ("edge", "pawn", OUTPUTS, 128),
-    ("edge", "morris", (SPEED, FORCE), 10),
-    ("edge", "sobol", (SPEED, FORCE), 32),
-)
-"""Reading, method, outputs, samples. Pellets stall under `edge`: transit then has no variance, and PAWN orders it."""
+OUTPUTS = ("transit_s", "mean_velocity_cm_s", "max_axial_force_mN")
+
+
+@dataclass(frozen=True)
+class Case:
+    """A sensitivity: reading, method, samples, simulated seconds."""
+
+    reading: str
+    method: str
+    samples: int
+    duration: str = "8 s"
+
+
+CASES = {
+    "sobol_tight": Case("tight", "sobol", 64),
+    "morris_tight": Case("tight", "morris", 16),
+    "pawn_edge": Case("edge", "pawn", 128),
+    "pawn_edge_first": Case("edge", "pawn", 128, "3 s"),
+    "morris_edge": Case("edge", "morris", 10),
+    "sobol_edge": Case("edge", "sobol", 16),
+}
+"""The last but two ends before a second wave can catch a pellet that the first one left: that has no transit then."""
 CHECKED = 10
 """Points of each reading that are run again on the shipped grids."""
 GRIDS = ("grid.n_z", "grid.n_z_wall")
 
 
-def variant(outputs: tuple[str, ...], samples: int) -> str:
-    """The example's file with other outputs and samples."""
-    listed = f"outputs = {list(outputs)}".replace("'", '"')
-    return replaced(EXAMPLE.read_text(encoding="utf-8"), {"outputs = ": listed, "samples = ": f"samples = {samples}"})
-
-
-def sensitivity(folder: Path, reading: str, method: str, outputs: tuple[str, ...], samples: int) -> dict[str, Any]:
-    """One sensitivity by the command: its cost, how runs ended, and its indices."""
-    name = f"{method}_{reading}"
+def sensitivity(folder: Path, name: str) -> dict[str, Any]:
+    """One sensitivity by the command: its cost, how runs ended, and its indices, or why there are none."""
+    case = CASES[name]
     file = folder / f"{name}.toml"
     folder.mkdir(parents=True, exist_ok=True)
-    file.write_text(variant(outputs, samples), encoding="utf-8")
-    words = ("sensitivity", str(file), "--reading", reading, "--method", method, "--out", str(folder / name))
+    lines = {"samples = ": f"samples = {case.samples}", "run.duration = ": f'run.duration = "{case.duration}"'}
+    file.write_text(replaced(EXAMPLE.read_text(encoding="utf-8"), lines), encoding="utf-8")
+    words = ("sensitivity", str(file), "--reading", case.reading, "--method", case.method, "--out", str(folder / name))
     cost = carried_out(*words, log=folder / f"{name}.log")
     table = rows_of(folder / name / "table.csv")
     solver = sum(float(row["solver_wall_s"] or 0.0) for row in rows_of(folder / name / "times.csv"))
-    values = {one: [float(row[one]) for row in table if row[one]] for one in outputs}
+    values = {one: [float(row[one]) for row in table if row[one]] for one in OUTPUTS}
     spreads = {one: {"mean": float(np.mean(v)), "deviation": float(np.std(v))} for one, v in values.items() if v}
     return {
         "cost": cost,
         "solver": solver,
         "statuses": Counter(row["status"] for row in table),
-        "without": {one: sum(not row[one] for row in table) for one in outputs},
+        "without": {one: sum(not row[one] for row in table) for one in OUTPUTS},
         "spreads": spreads,
-        "indices": rows_of(folder / name / "indices.csv"),
+        "indices": rows_of(folder / name / "indices.csv") if cost["code"] == 0 else [],
+        "refusal": "" if cost["code"] == 0 else (folder / f"{name}.log").read_text("utf-8").strip().splitlines()[-1],
     }
 
 
+def of_nothing(folder: Path, name: str) -> dict[str, float]:
+    """PAWN's index of a parameter that does nothing, from the same runs: what indices of small samples are at least."""
+    table = rows_of(folder / name / "table.csv")
+    values = {one: np.array([float(row[one] or "nan") for row in table]) for one in OUTPUTS}
+    found = {}
+    for output, results in values.items():
+        drawn = np.random.default_rng(1).permuted(np.tile(np.linspace(0.0, 1.0, len(table)), (5, 1)), axis=1).T
+        indices = METHODS["pawn"].indices([str(k) for k in range(5)], drawn, results, 1)
+        found[output] = float(np.mean([one.value for one in indices]))
+    return found
+
+
 def checked(folder: Path, reading: str) -> list[dict[str, Any]]:
-    """Ten points of a Sobol' design, drawn by a seed, on its grids and on the shipped ones."""
-    table = rows_of(folder / f"sobol_{reading}" / "table.csv")
+    """Ten points of a sensitivity, drawn by a seed, on its grids and on the shipped ones."""
+    drawn_from = next(name for name, case in CASES.items() if case.reading == reading)
+    table = rows_of(folder / drawn_from / "table.csv")
     names = [one for one in table[0] if one.endswith("[times]")]
     picks = sorted(np.random.default_rng(1).choice(len(table), CHECKED, replace=False))
     text = EXAMPLE.read_text(encoding="utf-8")

@@ -38,7 +38,7 @@ relative = true
 from = 0.5
 to = 1.0
 """
-"""On a coarse grid with long steps, where a run takes some fifth of a second."""
+"""On a coarse grid with long steps: a run takes a quarter to a third of a second."""
 WAYS = ("1 worker", "2 workers", "Dask, 2 workers")
 REPEATS = 3
 KILLS, SEED = 5, 3

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.container import ErrorbarContainer
 
 import peristalsis as ps
 from peristalsis.cli.dispatch import dispatch
@@ -20,6 +21,7 @@ from peristalsis.many import kept
 from peristalsis.many import sweep as engine_sweep
 from peristalsis.many.kept import Store
 from peristalsis.many.rows import Row, Step
+from peristalsis.many.studies import pictures
 from peristalsis.many.studies.study import read_study
 from peristalsis.many.studies.sweep import sweep
 from peristalsis.storing.locks import Claim
@@ -252,3 +254,24 @@ def test_the_map_command_draws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
     Path("m.toml").write_text(MAP, encoding="utf-8")
     assert dispatch(["stall-map", "m.toml"]) == 0
     assert Path("out/m/map.png").is_file()
+
+
+def test_another_reading_by_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, counted: list[float]) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("m.toml").write_text(MAP, encoding="utf-8")
+    tables = []
+    for reading in ("tight", "edge"):
+        words = ["stall-map", "m.toml", "--reading", reading, "--out", f"out/{reading}", "--no-plots"]
+        assert dispatch(words) == 0
+        assert json.loads(Path(f"out/{reading}/study.json").read_text(encoding="utf-8"))["base"]["reading"] == reading
+        tables.append([row["hash"] for row in cells(Path(f"out/{reading}/table.csv"))])
+    assert not set(tables[0]) & set(tables[1]), "other experiments, though the values of the study are the same"
+    assert dispatch(["stall-map", "m.toml", "--reading", "no such"]) == 2
+
+
+def test_main_effects_are_means_of_five_points_or_more(tmp_path: Path, counted: list[float]) -> None:
+    table = sweep(read_study(HEAD + DRAWN.format(samples=12)), tmp_path / "s")
+    figure = pictures.effects(table)
+    for axes, output in zip(figure.axes[::2], table.study.outputs, strict=True):
+        (means,) = (one for one in axes.containers if isinstance(one, ErrorbarContainer))
+        assert len(means.lines[0].get_xdata()) == np.isfinite(table.output(output)).sum() // 5

@@ -27,8 +27,8 @@ Floats = NDArray[np.float64]
 COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.VERMILION, style.PURPLE, style.SKY, style.YELLOW, style.GREY)
 MOST_PANELS = 6
 """Outputs and parameters that are drawn; the table has all."""
-BINS = 8
-"""Parts of a range over which a main effect is averaged, unless it has fewer levels."""
+BINS, FEWEST = 8, 5
+"""Parts of a range over which a main effect is averaged, unless it has fewer levels; points that each has at least."""
 
 
 def draw_sweep(table: Table, folder: Path) -> list[Path]:
@@ -98,7 +98,8 @@ def _means(axes: Axes, variable: Variable, places: Floats, results: Floats) -> N
     levels = np.unique(places)
     if levels.size > BINS and variable.distribution is not None:
         order = np.argsort(places[good], kind="stable")
-        parts = [part for part in np.array_split(np.flatnonzero(good)[order], BINS) if part.size]
+        count = min(max(int(good.sum()) // FEWEST, 1), BINS)  # means of two or three points are noise
+        parts = np.array_split(np.flatnonzero(good)[order], count)
     else:
         parts = [found for one in levels if (found := np.flatnonzero(good & (places == one))).size]
     middles = [float(np.mean(places[part])) for part in parts]
@@ -175,7 +176,7 @@ def class_map(found: StallMap) -> Canvas:
     kinds = ListedColormap(colours)
     axes.pcolormesh(*edges, numbers.T, cmap=kinds, vmin=-0.5, vmax=len(names) - 0.5, alpha=0.55, linewidth=0)
     run = np.array(sorted(found.refined.evaluated))
-    axes.plot(x[run[:, 0]], y[run[:, 1]], ".", color=style.BLACK, markersize=2.5)
+    axes.plot(x[run[:, 0]], y[run[:, 1]], ".", color=style.BLACK, markersize=2.5, clip_on=False)
     for axis, variable in (("x", across), ("y", up)):
         if variable.distribution is not None and variable.distribution.logarithmic:
             _logarithmic(axes, axis)
