@@ -53,6 +53,7 @@ LONG = {
     "bench": "runs every assay; tests/unit/test_bench.py",
     "app": "serves until it is ended; tests/app",
     "dose-response": "compares motion, and there is none within milliseconds; tests/unit/test_dose_response.py",
+    "passes": "needs pellets that pass; tests/unit/test_passes.py",
     "fit": "finds nothing in runs of milliseconds; tests/unit/test_fit.py",
 }
 """Commands that are parsed and not carried out here, and where they are."""

@@ -32,8 +32,9 @@ def bench(
         typer.Option(
             "--variant",
             metavar="V",
-            help="Score the preparation with one choice changed as well: ungraded, contact-length, constant-friction, "
-            "falling-friction, all-or-none, conducting, late-rise, taut, doubled or all. Can be given more than once.",
+            help="Score the preparation with one choice changed as well: ungraded, contact-length, "
+            "constant-friction, falling-friction, all-or-none, conducting, calcium, late-rise, "
+            "taut, doubled or all. Can be given more than once.",
         ),
     ] = None,
     calibrate: Annotated[

@@ -44,6 +44,16 @@ def values(result: Result, name: str, unit: str | None = None) -> Floats:
     return array * _factor(name, unit)
 
 
+SMALL_FORCE = 500.0
+"""Force up to which an axis is in mN and not in N [mN]."""
+
+
+def force_unit(result: Result, *names: str) -> str:
+    """The unit in which forces are shown together: mN where all stay small, else N."""
+    largest = max(float(np.nanmax(np.abs(values(result, name)), initial=0.0)) for name in names)
+    return "mN" if largest < SMALL_FORCE else "N"
+
+
 def around(result: Result, name: str, unit: str | None = None) -> Floats:
     """Mean of a field around the ring, over time and place; as `values` where there is one column."""
     return np.asarray(np.nan_to_num(stored(result, name)).mean(axis=-1) * _factor(name, unit))

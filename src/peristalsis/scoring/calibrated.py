@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,56 +19,129 @@ from .source import Picture, Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
+Floats = NDArray[np.float64]
+
 EVEN = 12.0**-0.5
 """Spread of points that are even over a range, in ranges."""
 FIXED = 0.5
-"""Spread, as a share of that of even points, below which a constant counts as fixed."""
+"""Spread, as a share of that of even points, below which a constant that the claims narrow is fixed by them."""
+SURE = 0.01
+"""Chance below which points that hold are narrower, or lie elsewhere, than as many taken at random."""
+DRAWS = 2000
+"""Random choices of points by which that chance is told."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """Where points lie in the prior ranges, (n, n_free), of which round each is, and which of them hold, (n,)."""
+
+    shares: Floats
+    round_: NDArray[np.int64]
+    holds: NDArray[np.bool_]
+
+    @property
+    def good(self) -> Floats:
+        """Those that hold."""
+        return self.shares[self.holds]
+
+    def at_random(self, seed: int) -> list[Floats]:
+        """As many points as hold, of each round as many, taken at random among those drawn; the same for a seed."""
+        random = np.random.default_rng((seed, 1))
+        rounds = [np.flatnonzero(self.round_ == one) for one in np.unique(self.round_)]
+        counts = [int(self.holds[places].sum()) for places in rounds]
+        return [
+            self.shares[
+                np.concatenate([random.choice(p, n, replace=False) for p, n in zip(rounds, counts, strict=True)])
+            ]
+            for _ in range(DRAWS)
+        ]
+
+
+def held(claims: Sequence[Claim], plan: Calibration, candidates: Sequence[Candidate]) -> Held:
+    """All drawn points, without the shipped one."""
+    drawn = [one for one in candidates if one.name != SHIPPED]
+    shares = np.array([plan.shares(one.values) for one in drawn])
+    good = {one.name for one in good_points(claims, plan, candidates)}
+    return Held(shares, np.array([one.round_ for one in drawn]), np.array([one.name in good for one in drawn]))
+
+
+def chances(found: Held, seed: int) -> Floats:
+    """For each constant, how often points taken at random are as narrow as those that hold, or as far from the middle
+    of all; doubled, because either counts; nan where fewer than two hold. (n_free,)."""
+    good = found.good
+    if len(good) < 2:
+        return np.full(found.shares.shape[1], np.nan)
+    others = np.array(found.at_random(seed))
+    spreads, means = others.std(axis=1), others.mean(axis=1)
+    middle = means.mean(axis=0)
+    narrow = (spreads <= good.std(axis=0)).mean(axis=0)
+    aside = (np.abs(means - middle) >= np.abs(good.mean(axis=0) - middle)).mean(axis=0)
+    return np.asarray(np.minimum(2.0 * np.minimum(narrow, aside), 1.0))
 
 
 def constants(claims: Sequence[Claim], plan: Calibration, candidates: Sequence[Candidate]) -> Table:
-    """One row a free constant: its prior, the range of the points that hold, their spread, the shipped value."""
+    """One row a free constant: its prior, the range of the points that hold, what chance makes of it, the shipped."""
+    found = held(claims, plan, candidates)
     good = good_points(claims, plan, candidates)
     first = [one for one in candidates if one.round_ == 0 and one.name != SHIPPED]
     lone = [one for one in first if score(claims[0], one.measured).verdict == HOLDS]
-    shares, alone = _shares(plan, good), _shares(plan, lone)
     shipped = next(one for one in candidates if one.name == SHIPPED)
     rows = []
-    for place, one in enumerate(plan.free):
+    for place, (one, chance) in enumerate(zip(plan.free, chances(found, plan.seed), strict=True)):
         values = [float(point.values[one.name]) for point in good]
         value = float(shipped.values[one.name])
         inside = bool(values) and min(values) <= value <= max(values)
-        spread = _spread(shares[:, place])
+        spread = _spread(found.good[:, place])
         rows.append(
             (
                 *(", ".join(one.keys), one.unit, f"{one.low:g} to {one.high:g}"),
                 f"{min(values):.3g} to {max(values):.3g}" if values else "–",
-                *(_percent(_spread(alone[:, place])), _percent(spread)),
-                "free" if not spread < FIXED else "fixed",
+                *(_percent(spread), f"{chance:.2g}" if np.isfinite(chance) else "–"),
+                _left(spread, chance),
                 f"{value:g}, {'inside' if inside else 'outside'}",
             )
         )
     note = (
         f"{len(good)} of {len(candidates) - 1} points hold; of the {len(first)} of the first round {len(lone)} do as "
-        "far as the first claim. Spread: of the points over the prior range, as a share of that of even points."
+        f"far as claim {claims[0].number} alone is asked. Spread: of the points that hold over the prior range, as a "
+        "share of that of even points. Chance: of as many points, taken at random from those drawn, being as narrow or "
+        f"as far to one side; below {SURE:g} the claims narrow a constant, and fix it where the spread is below "
+        f"{FIXED:.0%}."
     )
-    head = ("constant", "unit", "prior range", "range that holds", "spread, first claim alone", "spread, all asked")
-    return Table("calibration", "What the calibration fixes", note, (*head, "left", "shipped"), tuple(rows))
+    head = ("constant", "unit", "prior range", "range that holds", "spread", "chance", "left", "shipped")
+    return Table("calibration", "What the calibration fixes", note, head, tuple(rows))
+
+
+def _left(spread: float, chance: float) -> str:
+    if not chance < SURE:
+        return "free"
+    return "fixed" if spread < FIXED else "narrowed"
 
 
 def combinations(claims: Sequence[Claim], plan: Calibration, candidates: Sequence[Candidate]) -> Table:
     """Principal directions of the points that hold, the best fixed first, in shares of the prior ranges."""
-    shares = _shares(plan, good_points(claims, plan, candidates))
-    rows = []
-    if len(shares) > len(plan.free):
-        sizes, directions = np.linalg.eigh(np.cov(shares.T))
+    found = held(claims, plan, candidates)
+    rows, note = [], "Too few points hold to tell."
+    if len(found.good) > len(plan.free):
+        sizes, directions = np.linalg.eigh(np.cov(found.good.T))
+        others = [np.linalg.eigvalsh(np.cov(one.T))[0] for one in found.at_random(plan.seed)]
+        usual = _percent(_width(float(np.quantile(others, SURE))))
         for size, direction in zip(sizes, directions.T, strict=True):
             signed = direction * np.sign(direction[np.argmax(np.abs(direction))])
             words = " ".join(
                 f"{weight:+.2f} {one.name}" for weight, one in zip(signed, plan.free, strict=True) if abs(weight) > 0.2
             )
-            rows.append((_percent(float(np.sqrt(max(size, 0.0))) / EVEN), words))
-    note = "Weights below 0.2 are left out. A combination with a small spread is what the claims together fix."
-    return Table("combinations", "Which combinations they fix", note, ("spread", "combination"), tuple(rows))
+            rows.append((_percent(_width(float(size))), words))
+        note = (
+            "Directions in the prior ranges along which the points that hold spread least and most, as shares of the "
+            f"spread of even points; weights below 0.2 are left out. As many points taken at random have a narrowest "
+            f"direction below {usual} once in {1.0 / SURE:.0f} times: what is below that is fixed by the claims."
+        )
+    return Table("combinations", "Which combinations it fixes", note, ("spread", "combination"), tuple(rows))
+
+
+def _width(variance: float) -> float:
+    return float(np.sqrt(max(variance, 0.0))) / EVEN
 
 
 def points(claims: Sequence[Claim], plan: Calibration, candidates: Sequence[Candidate]) -> Table:
@@ -102,11 +176,7 @@ def predicted(claims: Sequence[Claim], plan: Calibration, candidates: Sequence[C
     )
 
 
-def _shares(plan: Calibration, found: Sequence[Candidate]) -> NDArray[np.float64]:
-    return np.array([plan.shares(one.values) for one in found]).reshape(-1, len(plan.free))
-
-
-def _spread(shares: NDArray[np.float64]) -> float:
+def _spread(shares: Floats) -> float:
     return float(np.std(shares, ddof=1)) / EVEN if shares.size > 1 else float("nan")
 
 

@@ -33,12 +33,13 @@ def draw(result: Result) -> Canvas:
     panels = list(figure.subplots(3, 1, sharex=True, height_ratios=(1.5, 1.0, 1.0)))
     time = data.values(result, "time_step")
     large, small, squeeze = panels
+    unit = data.force_unit(result, *(name for name, _, _ in AXIAL))
 
     large.axhline(0.0, color=style.GREY, linewidth=0.6)
     for name, label, colour in AXIAL:
-        large.plot(time, data.values(result, name, "N"), color=colour, label=label)
-    large.set_ylim(style.finite_range(*(data.values(result, name, "N") for name, _, _ in AXIAL), least=0.02))
-    large.set_ylabel("axial force (N)")
+        large.plot(time, data.values(result, name, unit), color=colour, label=label)
+    large.set_ylim(style.finite_range(*(data.values(result, name, unit) for name, _, _ in AXIAL), least=0.02))
+    large.set_ylabel(f"axial force ({unit})")
 
     limit = data.values(result, "dry_friction_limit")
     for side in (-limit, limit):
@@ -50,13 +51,14 @@ def draw(result: Result) -> Canvas:
     small.set_ylim(style.finite_range(dry, -limit, limit, least=1.0))
     small.set_ylabel("axial force (mN)")
 
-    normal = data.values(result, "normal_force", "N")
+    normal = data.values(result, "normal_force", unit)
     section = np.pi * result.configuration.pellet.radius**2
-    end = 0.1 * data.values(result, "lumen_pressure") * section  # 1 kPa cm^2 = 0.1 N
+    newtons = 0.1 * data.values(result, "lumen_pressure") * section  # 1 kPa cm^2 = 0.1 N
+    end = newtons if unit == "N" else 1e3 * newtons
     squeeze.plot(time, normal, color=style.PURPLE, label="contact")
     squeeze.plot(time, end, color=style.SKY, label=r"lumen pressure on each half, $p\,\pi R^2$")
     squeeze.set_ylim(style.finite_range(normal, end, least=0.02))
-    squeeze.set_ylabel("force (N)")
+    squeeze.set_ylabel(f"force ({unit})")
 
     for axes in panels:
         style.legend_above(axes)

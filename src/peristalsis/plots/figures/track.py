@@ -58,11 +58,12 @@ def forces(axes: Axes, result: Result) -> None:
         "dry": ("dry_force", style.GREEN, "-"),
     }
     time = data.values(result, "time_step")
+    unit = data.force_unit(result, *(name for name, _, _ in curves.values()))
     axes.axhline(0.0, color=style.GREY, linewidth=0.6)
     for label, (name, colour, line) in curves.items():
-        axes.plot(time, data.values(result, name, "N"), color=colour, linestyle=line, label=label)
-    axes.set_ylim(style.finite_range(*(data.values(result, name, "N") for name, _, _ in curves.values()), least=0.02))
-    axes.set_ylabel("axial force (N)")
+        axes.plot(time, data.values(result, name, unit), color=colour, linestyle=line, label=label)
+    axes.set_ylim(style.finite_range(*(data.values(result, name, unit) for name, _, _ in curves.values()), least=0.02))
+    axes.set_ylabel(f"axial force ({unit})")
     style.time_axis(axes, result)
     style.mark_expelled(axes, result)
 

@@ -18,6 +18,8 @@ LOADS = (10, 20, 40, 60, 80, 100)
 
 BLOCKS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 """Concentrations of a blocker of L-type channels over its IC50."""
+BLOCKER, BLOCKER_IC50 = "nifedipine", 8.1
+"""The blocker, in the library's first preparation, with its IC50 [nM] and slope 1: it finds the channel of any cell."""
 
 HEXAMETHONIUM: Mapping[str, Any] = MappingProxyType({"reflex.gain": 0.5})
 """Nicotinic block that leaves half of what the reflex's neurons bring (chosen, for want of a measured share)."""
@@ -61,11 +63,10 @@ def _all() -> tuple[Experiment, ...]:
         Experiment("no_longitudinal_force", changes={"longitudinal.active": 0.0}),
     ]
     for concentration in BLOCKS:
-        left = 1.0 / (1.0 + concentration)  # Hill slope 1
-        factors = {"longitudinal.slow_calcium": left, "circular.slow_calcium": left}
+        blocked = {"drugs": [f"{BLOCKER} {concentration * BLOCKER_IC50:g} nM"]}
         found += [
-            Experiment(block_run(concentration), factors=factors),
-            Experiment(block_run(concentration, held=True), changes=ISOMETRIC, factors=factors),
+            Experiment(block_run(concentration), changes=blocked),
+            Experiment(block_run(concentration, held=True), changes={**ISOMETRIC, **blocked}),
         ]
     return tuple(found)
 

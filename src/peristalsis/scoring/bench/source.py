@@ -13,6 +13,7 @@ from .claims import CLAIMS, NOT_TESTABLE
 from .figures import PICTURES
 from .measure import METRICS, measure
 from .runs import RUNS
+from .tables import TABLES
 from .variants import VARIANTS
 
 _PREPARATION = PREPARATIONS["guinea_pig_distal_colon"]
@@ -41,6 +42,7 @@ SOURCE = Source(
     untestable=NOT_TESTABLE,
     explanations=_explanations(),
     pictures=PICTURES,
+    tables=TABLES,
     columns={
         "transit_s": "transit (s)",
         "travel_cm": "travel (cm)",

@@ -55,6 +55,15 @@ VARIANTS: Mapping[str, Variant] = MappingProxyType(
                     "longitudinal.conductivity_scale": 1.09125e-5,
                 },
             ),
+            Variant(
+                "calcium",
+                "a muscle cell whose force follows the calcium that enters (Corrias and Buist 2007), unfitted",
+                {
+                    "tissue.cell": "corrias_buist_2007",
+                    "tissue.activation": "calcium_hill",
+                    "tissue.calcium_hill.half": "0.25 uM",
+                },
+            ),
             Variant("late-rise", "passive tension that rises late", {"wall.law": "late_fibres"}),
             Variant("taut", "ends held at the tube's length", {"wall.slack_length": "0 cm"}),
             Variant(
