@@ -178,7 +178,6 @@ def draw(of: Map, regimes: Sequence[Sequence[str]], transits: np.ndarray[Any, An
         axes.plot(edge.circular.active, place, "D", color="white", markeredgecolor="black", markersize=8)
         axes.annotate("edge", (edge.circular.active, place), xytext=(6, -11), textcoords="offset points", fontsize=8)
         axes.annotate("tight", (1.0, of.experiments["norm"]), xytext=(6, -11), textcoords="offset points", fontsize=8)
-        axes.set_ylim(of.values[0], of.values[-1])
         axes.set_xlabel("force of muscle, both layers (1 = printed)")
         axes.set_ylabel(of.label)
         figure.legend(
