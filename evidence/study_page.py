@@ -276,7 +276,8 @@ def maps(made: Made) -> str:
     counted = ", ".join(f"{count} {name}" for name, count in made["map_full"]["classes"].items())
     return (
         "## Maps of classes against the full grid\n\n"
-        f"`examples/stall_map.toml`, radius and dry friction, on a coarse grid. All {len(full)} nodes of a grid of "
+        f"`examples/stall_map.toml`, radius and dry friction, on a coarse grid, with steps of 10 ms, for "
+        f"4 s. All {len(full)} nodes of a grid of "
         f"{FULL} x {FULL} were run outright ({cost(made['map_full']['cost'])}): {counted}. The refined maps beside "
         "it:\n\n"
         + table(["classes", "nodes", "coarse", "nodes run", "share", "same class as the full grid"], rows)
