@@ -38,7 +38,7 @@ def write(folder: Path, made: Made) -> None:
         (("ishigami",), known),
         (("cohort",), population),
         (("map_full", "map_motion"), maps),
-        (("timed_0_0",), workers),
+        (("timed_1_0",), workers),
         (("killed",), deaths),
     ):
         if all(one in made for one in needed):
@@ -276,7 +276,8 @@ def maps(made: Made) -> str:
     counted = ", ".join(f"{count} {name}" for name, count in made["map_full"]["classes"].items())
     return (
         "## Maps of classes against the full grid\n\n"
-        f"`examples/stall_map.toml`, radius and dry friction, on a coarse grid. All {len(full)} nodes of a grid of "
+        f"`examples/stall_map.toml`, radius and dry friction, on a coarse grid, with steps of 10 ms, for "
+        f"4 s. All {len(full)} nodes of a grid of "
         f"{FULL} x {FULL} were run outright ({cost(made['map_full']['cost'])}): {counted}. The refined maps beside "
         "it:\n\n"
         + table(["classes", "nodes", "coarse", "nodes run", "share", "same class as the full grid"], rows)
@@ -303,15 +304,15 @@ def workers(made: Made) -> str:
         clocks = ", ".join(f"{one['clock']:.0f}" for one in found)
         memory = " and ".join(f"{one:.0f}" for one in found[0]["worker_memory"]) if number else "–"
         parent = f"{max(one['parent_memory'] for one in found):.0f}"
-        speed_up = f"{best[0] / best[number]:.2f}"
+        speed_up = f"{best[0] / best[number]:.2f}" if 0 in best else "–"
         rows.append([way, clocks, f"{best[number]:.0f}", speed_up, f"{processor:.0f}", parent, memory])
     head = ["who runs", "clock, s", "best, s", "speed-up", "processor, s", "memory of the parent, MB", "of workers, MB"]
-    each = min(made[f"timed_0_{k}"]["processor"] for k in range(REPEATS) if f"timed_0_{k}" in made) / RUNS
+    each = min(one["processor"] for name, one in made.items() if name.startswith("timed_")) / RUNS
     same = "the same to the bit" if len(tables) == 1 else f"**{len(tables)} different tables**"
     return (
         "## Workers\n\n"
         f"A study of {RUNS} runs (Sobol', three parameters, 80 cells, 60 elements, 10 ms, 3 s: {each:.2f} s of "
-        f"processor a run with one worker), nothing kept before, {REPEATS} times each in turn. All tables are "
+        f"processor a run), nothing kept before, up to {REPEATS} times each in turn. All tables are "
         f"{same}. Processor time is that of all processes together, the least of its column; memory is the largest "
         "resident set of each process.\n\n" + table(head, rows)
     )
@@ -324,7 +325,7 @@ def deaths(made: Made) -> str:
         [k, one["victim"], one["kept"], "–" if one["victim"] == "worker" else f"{one['workers_gone']:.1f} s"]
         for k, one in enumerate(found["kills"], 1)
     ]
-    reference = made.get("timed_0_0", {}).get("table")
+    reference = next((one["table"] for name, one in made.items() if name.startswith("timed_")), None)
     same = {None: "no table to compare it with", True: "the table of the study that nobody killed, to the bit",
             False: "**another table**"}[None if reference is None else reference == found["table"]]  # fmt: skip
     text = (

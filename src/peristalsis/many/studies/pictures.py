@@ -245,17 +245,18 @@ def distributions(found: Cohort) -> Canvas:
     """Share of the accepted members that have expelled the pellet by a time, and shifts member by member."""
     count = len(found.shifts) - 1
     title = f"{found.accepted} members of {len(found.table)} drawn; a research model, not medical advice"
-    figure = canvas(style.WIDTH, 3.6, title)
+    figure = canvas(style.WIDTH, 3.8 + 0.2 * ((count + 2) // 2), title)
     left, *rest = figure.subplots(1, 2 if count else 1, squeeze=False)[0]
     last = max((float(np.nanmax(one)) for one in found.transits.values() if np.isfinite(one).any()), default=1.0)
     for k, (name, times_) in enumerate(found.transits.items()):
         there = np.sort(times_[np.isfinite(times_)])
         shares = np.arange(1, there.size + 1) / times_.size
         steps = (np.concatenate([[0.0], there, [1.05 * last]]), np.concatenate([[0.0], shares, shares[-1:]]))
+        words = f"{name.replace('_', ' ')}: {there.size or 'none'} expelled"
         if there.size:
-            left.step(*steps, where="post", color=COLOURS[k % len(COLOURS)], label=f"{name}: {there.size} expelled")
+            left.step(*steps, where="post", color=COLOURS[k % len(COLOURS)], label=words)
         else:
-            left.plot([], [], color=COLOURS[k % len(COLOURS)], label=f"{name}: none expelled")
+            left.plot([], [], color=COLOURS[k % len(COLOURS)], label=words)
     if found.slow is not None:
         left.axvline(found.slow, color=style.GREY, linestyle=":", label="slow beyond")
     left.set_xlim(0.0, 1.05 * last)
@@ -263,13 +264,14 @@ def distributions(found: Cohort) -> Canvas:
     left.set_xlabel("transit time (s)")
     left.set_ylabel("share of members that expelled")
     left.grid(alpha=0.25)
-    left.legend(loc="lower right")
+    figure.legend(loc="outside lower center", ncols=2)  # curves rise anywhere: beside the panels it hides none
     for axes in rest:
         before = found.transits[found.shifts[0].name]
         named = [name for name in found.transits if name != found.shifts[0].name]
         moved = [(found.transits[name] - before)[np.isfinite(found.transits[name] - before)] for name in named]
         axes.axvline(0.0, color=style.GREY, linewidth=0.8)
-        axes.boxplot(moved, orientation="horizontal", tick_labels=named, widths=0.5, showfliers=True)
+        labels = [_folded(name.replace("_", " "), 14) for name in named]
+        axes.boxplot(moved, orientation="horizontal", tick_labels=labels, widths=0.5, showfliers=True)
         axes.set_xlabel("shift of transit, member by member (s)")
         axes.invert_yaxis()
     return figure
