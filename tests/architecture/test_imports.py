@@ -209,6 +209,7 @@ def test_every_kernel_file_is_part_of_runs() -> None:
     # Parts are chosen by file, and what is bound to them is asked of the binding: neither is imported by name.
     chosen = {
         "model/guards.py",
+        "model/insertion.py",
         "model/stepping.py",
         "tissue/activating.py",
         "tissue/general_rest.py",

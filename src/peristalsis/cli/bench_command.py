@@ -46,7 +46,7 @@ def bench(
         bool,
         typer.Option(
             "--calibrate",
-            help="Instead of scoring: which constants the measurements fix and which they leave free (some twenty "
+            help="Instead of scoring: which constants the measurements fix and which they leave free (some ten "
             "minutes of a processor).",
         ),
     ] = False,
