@@ -1,102 +1,194 @@
-"""What makes speed rise with the diameter, and what the bench fixes: evidence behind docs/bench.md.
+"""Numbers and pictures of docs/bench.md, from the tables of commands: nothing there is typed by hand.
 
-    python evidence/bench.py mechanisms [VARIANT ...]
-    python evidence/bench.py calibrate
+    peristalsis bench --out SCORED
+    peristalsis bench --claim 2 --variant ungraded --variant constant-friction --variant falling-friction \\
+        --variant taut --variant late-rise --variant contact-length --variant all-or-none --variant conducting \\
+        --out VARIED
+    peristalsis bench --calibrate --out CALIBRATED
+    peristalsis bench --claim 8 --variant calcium --out CALCIUM
+    python evidence/bench.py page SCORED VARIED CALIBRATED CALCIUM
+    python evidence/bench.py passes
 
-`mechanisms` runs pellets of six girths under each variant of the bench. `calibrate` fits three numbers of the
-guinea-pig preparation within their ranges, by bounded least squares from seeded starts, and says which combinations of
-them the data fix. Both print what they find.
+`page` puts tables between the marks of docs/bench.md and copies the pictures. `passes` passes pellets one after the
+other, with rests of several lengths, and does the same with their table and picture. The folder runs of one may be
+copied into another: kept runs are not made again.
 """
 
 from __future__ import annotations
 
+import re
+import shutil
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
+from pathlib import Path
 
-import numpy as np
-from scipy.optimize import least_squares
+from paper_claims import rows_of, table
 
 import peristalsis as ps
-from peristalsis.inputs.parameters import PREPARATIONS
-from peristalsis.scoring.bench.measure import measure
-from peristalsis.scoring.bench.runs import ABOVE, BELOW, ISOMETRIC
-from peristalsis.scoring.bench.source import SOURCE
-from peristalsis.scoring.bench.variants import VARIANTS
 
-PREPARATION = PREPARATIONS["guinea_pig_distal_colon"]
-NATURAL = float(PREPARATION.parameters["pellet.radius"].value) / float(PREPARATION.parameters["wall.radius"].value)
-TARGETS = (
-    ("speed of the natural pellet (mm/s)", 2.0, 0.4),
-    ("speed at 1.06 over that", 0.5, 0.15),
-    ("speed at 1.26 over that", 1.0, 0.08),
-    ("isometric force (mN)", 70.0, 20.0),
-)
-"""What is fitted: name, value, and how far off it may be. Speed is measured; the others are chosen within B2 and B3."""
-SEED, STARTS = 17, 3
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+PAGE, IMAGES = DOCS / "bench.md", DOCS / "images"
+SET = "guinea_pig"
+PICTURES = ("speed_diameter", "speed_load", "isometric", "force_diameter", "diameter_map")
+WORTH = {"calibrated: no prediction": "calibrated", "used to choose: no prediction": "chosen"}
+RESTS = ("2 s", "30 s", "60 s", "180 s", "600 s")
+SHOWN = "180 s"
+"""The rest of the picture: a laboratory's few minutes."""
+COUNT = 4
+
+Runs = Mapping[str, Mapping[str, str]]
 
 
-def assay(changes: Mapping[str, Any], ratio: float, held: bool = False) -> float:
-    """Speed [mm/s], or isometric force [mN], of a pellet of this girth over the tube's; nan where a run broke off."""
-    radius = ratio * float(PREPARATION.parameters["wall.radius"].value)
-    own = {**changes, "pellet.radius": f"{radius:.6g} cm", **(ISOMETRIC if held else {})}
-    simulation = ps.Simulation(ps.configuration("guinea_pig", changes=own))
-    result = simulation.run()
-    if result.error:
-        return float("nan")
-    numbers = measure(simulation, result)[0]
-    return float(numbers["isometric_force_mN" if held else "middle_speed_mm_s"])
+def put(name: str, text: str) -> None:
+    """Put a text between the marks of a name on the page."""
+    before = PAGE.read_text(encoding="utf-8")
+    marks = re.compile(rf"(<!-- begin {name} -->\n).*?(<!-- end {name} -->)", re.DOTALL)
+    after, count = marks.subn(lambda found: found[1] + text.rstrip("\n") + "\n" + found[2], before)
+    if count != 1:
+        raise SystemExit(f"{PAGE.name}: not one place for {name}")
+    PAGE.write_text(after, encoding="utf-8")
 
 
-def mechanisms() -> None:
-    """Print the speed at six girths under each variant."""
-    ratios = sorted([*BELOW, NATURAL, *ABOVE])
-    print("| variant |" + "".join(f" {ratio:.3g} |" for ratio in ratios))
-    print("|---|" + "---|" * len(ratios))
-    for name in sys.argv[2:] or ("shipped", *VARIANTS):
-        changes = {} if name == "shipped" else VARIANTS[name].changes
-        speeds = [assay(changes, ratio) for ratio in ratios]
-        print(f"| {name} |" + "".join(f" {speed:.2f} |" for speed in speeds), flush=True)
+def runs_of(folder: Path, condition: str) -> dict[str, dict[str, str]]:
+    """Rows of the table of runs under a condition, by run."""
+    return {row["run"]: row for row in rows_of(folder, "velocities") if row["preparation"] == condition}
 
 
-def simulated(values: Sequence[float]) -> np.ndarray:
-    """The targets as the model has them, on coarse grids. values: of the fitted parameters, in their units."""
-    changes: dict[str, Any] = dict(SOURCE.coarse)
-    for key, value in zip(PREPARATION.fitted, values, strict=True):
-        unit = PREPARATION.parameters[key].unit
-        changes[key] = float(value) if unit == "1" else f"{float(value)!r} {unit}"
-    natural = assay(changes, NATURAL)
-    narrow, wide = (assay(changes, ratio) / natural if natural > 0.0 else 0.0 for ratio in (1.06, 1.26))
-    return np.array([natural, narrow, wide, assay(changes, NATURAL, held=True)])
+def series(runs: Runs, names: Sequence[str], column: str = "speed (mm/s)") -> str:
+    """One number of several runs, one after the other."""
+    return ", ".join(f"{float(runs[name][column]):.3g}" for name in names)
 
 
-def calibrate() -> None:
-    """Fit, print every start's outcome, and the combinations of the best one from the best to the worst fixed."""
-    bounds = [(PREPARATION.parameters[key].low, PREPARATION.parameters[key].high) for key in PREPARATION.fitted]
-    low, high = (np.array([max(float(pair[side] or 0.0), 0.02) for pair in bounds]) for side in (0, 1))
-    wanted, width = (np.array([target[place] for target in TARGETS]) for place in (1, 2))
+def change(runs: Runs, run: str, of: str, column: str) -> str:
+    """By how much a number of a run differs from that of another, in per cent."""
+    return f"{100.0 * (float(runs[run][column]) / float(runs[of][column]) - 1.0):+.0f} %"
 
-    def residuals(shares: np.ndarray) -> np.ndarray:
-        found = (simulated(low * (high / low) ** shares) - wanted) / width
-        return np.nan_to_num(found, nan=10.0)  # a run that broke off is ten widths away, and never left out
 
-    best = None
-    starts = np.random.default_rng(SEED).uniform(0.2, 0.8, (STARTS, low.size))
-    for start in starts:
-        fit = least_squares(residuals, start, bounds=(0.0, 1.0), diff_step=0.05, max_nfev=6)
-        values = low * (high / low) ** fit.x
-        words = ", ".join(f"{key} = {value:.3g}" for key, value in zip(PREPARATION.fitted, values, strict=True))
-        print(f"start {np.round(start, 2)}: cost {fit.cost:.3g}; {words}", flush=True)
-        best = fit if best is None or fit.cost < best.cost else best
-    assert best is not None
-    found = best.fun * width + wanted
-    for (name, value, _), ours in zip(TARGETS, found, strict=True):
-        print(f"{name}: {ours:.3g}, wanted {value:g}")
-    _, sizes, rows = np.linalg.svd(best.jac / np.log(high / low))
-    for size, row in zip(sizes, rows, strict=True):
-        words = " ".join(f"{weight:+.2f} ln({key})" for weight, key in zip(row, PREPARATION.fitted, strict=True))
-        print(f"fixed to {100.0 / size:.3g} %: {words}")
+def found(runs: Runs, parts: Mapping[str, Sequence[str]]) -> dict[str, str]:
+    """What was found for each claim."""
+    speed, force = "speed (mm/s)", "isometric force (mN)"
+    girths = ("diameter_1", "diameter_1.06", "diameter_1.1", "control", "diameter_1.2", "diameter_1.26")
+    heavy = ("load_10", "load_20", "load_40", "load_60", "load_80", "load_100")
+    order = [runs[run][column] for run in ("control", "diameter_1.1", "load_20") for column in ORDER]
+    gone, control = (float(runs[run][speed]) for run in ("tetrodotoxin", "control"))
+    return {
+        "B1": f"{series(runs, ['control'])} mm/s",
+        "B2": f"{series(runs, girths)} mm/s at R/r0 = 1, 1.06, 1.1, 1.14 (the natural pellet), 1.2, 1.26",
+        "B3": f"{series(runs, heavy)} mm/s against 10, 20, 40, 60, 80, 100 mN",
+        "B4": f"force {change(runs, 'held_hexamethonium', 'held', force)}, speed "
+        f"{change(runs, 'hexamethonium', 'control', speed)}, with half of the reflex left (no source gives the share)",
+        "B5": f"{100.0 * gone / control:.2g} %",
+        "B6": f"{100.0 * float(runs['no_longitudinal_force'][speed]) / control:.0f} %",
+        "B7": f"on at least {min(map(float, order)):.0%} of the middle 3 cm, on three passes",
+        "B8": "; ".join(parts["B8"]),
+        "B10": f"{float(runs['control']['contact (kPa)']):.2g} kPa, {series(runs, ['control'], PEAK)} mN",
+    }
+
+
+ORDER = ("relaxed first", "dilated first")
+PEAK = "largest force (mN)"
+
+
+def words(text: str) -> str:
+    """Names of metrics and runs as a reader says them."""
+    for name, said in (("middle_speed_mm_s", "speed"), ("isometric_force_mN", "isometric force")):
+        text = text.replace(name, said)
+    return text
+
+
+def scores(folder: Path, condition: str = SET) -> str:
+    """Claims with their verdict under a condition, what was found, and what it is worth."""
+    parts: dict[str, list[str]] = {}
+    for row in rows_of(folder, "parts"):
+        if row["preparation"] == condition:
+            parts.setdefault(row["claim"], []).append(words(row["found"]))
+    numbers = found(runs_of(folder, condition), parts)
+    rows = []
+    for row in rows_of(folder, "claims"):
+        if row["claim"] in numbers:
+            verdict = row[condition] if row[condition] == "holds" else f"**{row[condition]}**"
+            worth = WORTH.get(row["use"], row["use"].split(":")[0])
+            rows.append([row["claim"], row["statement"], verdict, numbers[row["claim"]], worth])
+    return table(["", "claim", "verdict", "found", "worth"], rows)
+
+
+def whole(folder: Path, name: str, drop: Sequence[str] = ()) -> str:
+    """A table of a report as it stands, without some columns."""
+    rows = rows_of(folder, name)
+    head = [column for column in rows[0] if column not in drop]
+    return table(head, [[row[column] for column in head] for row in rows])
+
+
+def calcium(folder: Path) -> str:
+    """What the claim of the blocker comes to, as shipped and with a cell whose force follows calcium."""
+    girths = {row["preparation"]: row for row in rows_of(folder, "girths")}
+    natural = list(next(iter(girths.values())))[4]
+    rows = [
+        [
+            row["preparation"].removeprefix(f"{SET}, "),
+            girths[row["preparation"]][natural],
+            runs_of(folder, row["preparation"])["held"]["isometric force (mN)"],
+            words(row["found"]),
+            row["holds"],
+        ]
+        for row in rows_of(folder, "parts")
+        if row["claim"] == "B8"
+    ]
+    head = ["muscle", "speed (mm/s)", "isometric force (mN)", "concentrations over the IC50", "B8 holds"]
+    return table(head, rows)
+
+
+def calibration(folder: Path) -> str:
+    """What the calibration fixes, which combinations, and what holds of the claims held out."""
+    points = [row for row in rows_of(folder, "calibration_points") if row["point"] != "shipped"]
+    asked = [column for column in points[0] if column in ("claim 1", "claim 2", "claim 3")]
+    good = sum(all(row[column] == "holds" for column in asked) for row in points)
+    alone = sum(row["claim 1"] == "holds" for row in points if row["point"].startswith("a"))
+    first = sum(row["point"].startswith("a") for row in points)
+    count = f"B1 alone holds at {alone} of the {first} points of the first round"
+    text = f"{count}, B1 to B3 at {good} of all {len(points)}.\n\n" + whole(folder, "calibration", ("unit",))
+    text += "\n" + whole(folder, "combinations")
+    held = rows_of(folder, "held_out")
+    return text + "\n" + table(["held out", "holds at"], [[f"B{row['claim']}", row["holds at"]] for row in held])
+
+
+def page(scored: Path, varied: Path, calibrated: Path, cell: Path) -> None:
+    """Tables and pictures of the page."""
+    put("scores", scores(scored))
+    put("girths", whole(varied, "girths"))
+    put("loads", whole(scored, "loads"))
+    put("forces", whole(scored, "forces"))
+    put("calcium", calcium(cell))
+    put("calibration", calibration(calibrated))
+    for name in PICTURES:
+        shutil.copy(scored / f"{name}.png", IMAGES / f"bench_{name}.png")
+    shutil.copy(calibrated / "calibration.png", IMAGES / "bench_calibration.png")
+
+
+def passes() -> None:
+    """Passes with rests of several lengths."""
+    rows = []
+    for rest in RESTS:
+        found = ps.passes("guinea_pig", count=COUNT, rest=rest)
+        transits = [one.result.summary["transit_s"] for one in found.passes]
+        rows.append(
+            [
+                rest,
+                ", ".join("–" if one is None else f"{one:.1f}" for one in transits),
+                ", ".join(f"{10.0 * one.speed:.2f}" for one in found.passes),
+                f"{found.passes[1].drive:.2g}",
+                f"{10.0 * found.passes[1].narrowest:.2f}",
+            ]
+        )
+        print(rows[-1], flush=True)
+        if rest == SHOWN:
+            found.figure().savefig(IMAGES / "bench_passes.png")
+    head = ["rest", "transit (s)", "speed in the middle (mm/s)", "drive left (mV)", "narrowest radius (mm)"]
+    put("passes", table(head, rows))
 
 
 if __name__ == "__main__":
-    {"mechanisms": mechanisms, "calibrate": calibrate}[sys.argv[1]]()
+    if sys.argv[1] == "page":
+        page(*(Path(one) for one in sys.argv[2:6]))
+    else:
+        passes()

@@ -5,12 +5,14 @@ import pytest
 
 import peristalsis as ps
 from peristalsis.inputs.parameters import PARAMETERS, PREPARATIONS
+from peristalsis.plots import data
 from peristalsis.results.measures import speed_between
 from peristalsis.scoring.bench.claims import CLAIMS
 from peristalsis.scoring.bench.measure import order_of_events
 from peristalsis.scoring.bench.rules import HalvesTogether, half_at
 from peristalsis.scoring.bench.source import SOURCE
 from peristalsis.scoring.experiment import Experiment
+from peristalsis.scoring.outcome import Outcome
 from peristalsis.scoring.score import score
 
 
@@ -71,6 +73,33 @@ def test_order_of_events(relaxes: int, dilates: int) -> None:
     assert order_of_events(arrays, (2.5, 5.5)) == (float(relaxes < 5), float(dilates < 5))
     quiet = arrays | {"active_tension_circumferential": np.zeros((frames, 81, 1))}
     assert order_of_events(quiet, (2.5, 5.5)) == (None, None)
+
+
+def test_runs_of_a_claim_are_those_that_its_rules_read() -> None:
+    needed = SOURCE.runs_of((2,))
+    assert set(needed) == {"control", *(f"diameter_{ratio}" for ratio in ("1", "1.06", "1.1", "1.2", "1.26"))}
+    assert SOURCE.runs_of(()) == ()
+
+
+def test_tables_have_a_row_a_choice_and_say_what_broke_off() -> None:
+    measured = {"control": {"status": "expelled", "middle_speed_mm_s": 2.3116}}
+    measured |= {"diameter_1.2": {"status": "diverged", "middle_speed_mm_s": 0.5}}
+    condition, _ = SOURCE.conditions(["guinea_pig"], ["taut"])[-1]
+    table = SOURCE.tables[0]([Outcome(condition, {}, {}, measured)])
+    ((title, *cells),) = table.rows
+    assert title.startswith("guinea_pig, ends held")
+    assert dict(zip(table.columns[1:], cells, strict=True)) == {
+        **dict.fromkeys(("1", "1.06", "1.1", "1.26"), "–"),
+        "1.14": "2.31",
+        "1.2": "0.5 (diverged)",
+    }
+
+
+@pytest.mark.parametrize(("largest", "unit"), [(40.0, "mN"), (-499.0, "mN"), (1400.0, "N")])
+def test_small_forces_are_shown_in_millinewtons(largest: float, unit: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = {"axial_force": np.array([0.0, largest]), "dry_force": np.array([1.0, np.nan])}
+    monkeypatch.setattr(data, "values", lambda _, name: shown[name])
+    assert data.force_unit(None, *shown) == unit  # type: ignore[arg-type]
 
 
 def test_half_of_a_curve() -> None:

@@ -16,6 +16,7 @@ from .streams import Screen, spelled
 EXAMPLES = (
     "peristalsis bench",
     "peristalsis bench --variant constant-friction --variant ungraded",
+    "peristalsis bench --claim 2 --variant taut --variant late-rise --out out/taut",
     "peristalsis bench --coarse --workers 2",
     "peristalsis bench --calibrate --out out/calibration",
 )
@@ -37,11 +38,15 @@ def bench(
             "taut, doubled or all. Can be given more than once.",
         ),
     ] = None,
+    claim: Annotated[
+        list[int] | None,
+        typer.Option("--claim", metavar="N", help="Only the runs that claim N needs. Can be given more than once."),
+    ] = None,
     calibrate: Annotated[
         bool,
         typer.Option(
             "--calibrate",
-            help="Instead of scoring: which constants the measurements fix and which they leave free (some twenty "
+            help="Instead of scoring: which constants the measurements fix and which they leave free (some ten "
             "minutes of a processor).",
         ),
     ] = False,
@@ -57,10 +62,19 @@ def bench(
     if not 1 <= workers <= MOST_WORKERS:
         raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
     order = PaperOrder(
-        None, "all", workers, located(out), coarse, searches=False, variants=_variants(variant or []), source="bench"
+        None,
+        "all",
+        workers,
+        located(out),
+        coarse,
+        searches=False,
+        variants=_variants(variant or []),
+        source="bench",
+        claims=_claims(claim or []),
     )
-    if calibrate and order.variants:
-        raise ConfigurationError("--calibrate and --variant: the preparation as shipped is calibrated; leave one out")
+    if calibrate and (order.variants or order.claims):
+        other = "--variant" if order.variants else "--claim"
+        raise ConfigurationError(f"--calibrate and {other}: what is calibrated stands in its file; leave one out")
     return Job(lambda screen: (calibrate_order if calibrate else carry_out_order)(order, screen))
 
 
@@ -107,3 +121,14 @@ def _variants(names: list[str]) -> tuple[str, ...]:
                 f"--variant {shown(name)}: no such variant; {suggestion(name, [*VARIANTS, 'all'])}"
             )
     return tuple(VARIANTS) if "all" in names else tuple(dict.fromkeys(names))
+
+
+def _claims(numbers: list[int]) -> tuple[int, ...]:
+    """The claims that are meant, each once."""
+    from ..scoring.bench.claims import CLAIMS
+
+    known = [one.number for one in CLAIMS]
+    for number in numbers:
+        if number not in known:
+            raise ConfigurationError(f"--claim {number}: no such claim; there are {', '.join(map(str, known))}")
+    return tuple(dict.fromkeys(numbers))

@@ -36,7 +36,7 @@ COARSE_NOTE = "Coarse grids: transits are off by some ten per cent. Do not quote
 
 @dataclass(frozen=True)
 class PaperOrder:
-    """What to run and where to put it; source: whose claims are scored."""
+    """What to run and where to put it; source: whose claims are scored; claims: only what these need, all if none."""
 
     figure: str | None
     reading: str
@@ -46,6 +46,7 @@ class PaperOrder:
     searches: bool = True
     variants: tuple[str, ...] = ()
     source: str = "paper"
+    claims: tuple[int, ...] = ()
 
     def sets(self, source: Source) -> tuple[str, ...]:
         """The parameter sets that are meant."""
@@ -122,7 +123,7 @@ def carry_out_order(order: PaperOrder, screen: Screen) -> int:
     begin = time.monotonic()
     screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(order.out / 'runs')}: call again to go on"
     source = sources.get(order.source)
-    names = None
+    names = source.runs_of(order.claims) if order.claims else None
     if order.figure is not None:
         names = next(one.runs for one in source.pictures if one.number == order.figure)
     outcomes: list[Outcome] = []

@@ -31,6 +31,10 @@ DRAWS = 2000
 """Random choices of points by which that chance is told."""
 
 
+UNITS = {"1": "", "uA/cm^2": "µA/cm²", "mN*s/cm": "mN·s/cm"}
+"""Units as a picture writes them."""
+
+
 @dataclass(frozen=True)
 class Held:
     """Where points lie in the prior ranges, (n, n_free), of which round each is, and which of them hold, (n,)."""
@@ -132,10 +136,10 @@ def combinations(claims: Sequence[Claim], plan: Calibration, candidates: Sequenc
                 f"{weight:+.2f} {one.name}" for weight, one in zip(signed, plan.free, strict=True) if abs(weight) > 0.2
             )
             rows.append((_percent(_width(float(size))), words))
+        rows.append((usual, "narrowest of as many points taken at random, once in 100 times"))
         note = (
             "Directions in the prior ranges along which the points that hold spread least and most, as shares of the "
-            f"spread of even points; weights below 0.2 are left out. As many points taken at random have a narrowest "
-            f"direction below {usual} once in {1.0 / SURE:.0f} times: what is below that is fixed by the claims."
+            "spread of even points; weights below 0.2 are left out. The claims fix what is below the last row."
         )
     return Table("combinations", "Which combinations it fixes", note, ("spread", "combination"), tuple(rows))
 
@@ -200,7 +204,7 @@ def picture(claims: Sequence[Claim], plan: Calibration, candidates: Sequence[Can
             ours = one.share(float(shipped.values[one.name]))
             axes.plot([ours], [row], "o", color=style.ORANGE, label="" if row else "shipped")
             axes.annotate(f"{one.low:g}", (0.0, row), (-4, 0), textcoords="offset points", ha="right", va="center")
-            words = f"{one.high:g}" + (f" {one.unit}" if one.unit != "1" else "")
+            words = f"{one.high:g} {UNITS.get(one.unit, one.unit)}"
             axes.annotate(words, (1.0, row), (4, 0), textcoords="offset points", ha="left", va="center")
         axes.set_yticks(range(len(plan.free)), [one.name.replace("_", " ") for one in plan.free])
         axes.tick_params(axis="y", length=0, pad=44)

@@ -145,6 +145,11 @@ class Source:
         """Number of a claim as the report prints it."""
         return f"{self.prefix}{claim}"
 
+    def runs_of(self, claims: Sequence[int]) -> tuple[str, ...]:
+        """The named runs that claims need, by their numbers."""
+        needed = {run for claim in self.claims if claim.number in claims for run in claim.runs()}
+        return tuple(name for name in self.runs if name in needed)
+
     def conditions(
         self, sets: Sequence[str], variants: Sequence[str] = (), coarse: bool = False
     ) -> tuple[tuple[Condition, bool], ...]:
