@@ -111,7 +111,7 @@ def first(page: Any, begin: float, ready: tuple[float, float]) -> dict[str, str]
 
 def grow(page: Any, process: int, runs: int) -> dict[str, str]:
     """Memory of the server and all its processes before and after so many runs."""
-    found = {"before the first run": "{:.0f} MB in {} processes".format(*memory(process))}
+    found = {"before the first of them": "{:.0f} MB in {} processes".format(*memory(process))}
     for k in range(runs):
         name = page.evaluate("window.peristalsis.shown.a")
         page.click("#run")
@@ -208,7 +208,8 @@ A slider waits for at most 30 ms to be sent, for the piece under way, for the ch
 piece. What the lag above is longer than their sum is the wait for a core.
 
 The server keeps the frames of four runs a page (5 kB each, fifty a second of simulated time) and no
-more, so its memory stays once these are there.
+more, so its memory stays once these are there. A process that waits for the next run, or still stores
+its result, is one more or less.
 
 Hostile requests: 54 variants of host and origin, as requests and as WebSockets, all refused
 (`tests/app/test_safety.py`). Accessibility: `tests/app/accessible.js` looks at every text for a
