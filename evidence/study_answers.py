@@ -37,7 +37,7 @@ CASES = {
     "morris_edge": Case("edge", "morris", 10),
     "sobol_edge": Case("edge", "sobol", 16),
 }
-"""The last but two ends before a second wave can catch a pellet that the first one left: that has no transit then."""
+"""Sensitivities by name. `pawn_edge_first` ends before later waves catch what the first one left: no transit then."""
 CHECKED = 10
 """Points of each reading that are run again on the shipped grids."""
 GRIDS = ("grid.n_z", "grid.n_z_wall")

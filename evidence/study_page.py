@@ -134,10 +134,15 @@ def edge(made: Made) -> str:
     text = (
         "## Which parameter matters: the edge of slipping\n\n"
         f"`peristalsis sensitivity examples/{EXAMPLE.name} --reading edge --method pawn`: the same factors on the "
-        "numbers of the reading `edge`, where pellets slip and are caught by later waves. In runs that end after 3 s "
-        "those have no transit: PAWN takes them as last in the order, Sobol' and Morris would be refused. PAWN's index "
-        "is the median distance by which the distribution moves when one parameter is held.\n\n"
+        "numbers of the reading `edge`, where pellets slip and are caught by later waves: transit has two humps, and "
+        "PAWN asks for no variance. Its index is the median distance by which the distribution moves when one "
+        "parameter is held.\n\n"
     )
+    if "pawn_edge_first" in made:
+        text += (
+            "In runs that end after 3 s a pellet that the first wave left has no transit: PAWN takes it as last in the "
+            "order, Sobol' and Morris would be refused.\n\n"
+        )
     pictures = {"pawn_edge": "\n![PAWN at the edge](studies_pawn_edge.png)\n"}
     names = (name for name, case in CASES.items() if case.reading == "edge")
     return text + "\n".join(one_sensitivity(made, name) + pictures.get(name, "") for name in names)
