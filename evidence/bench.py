@@ -153,7 +153,7 @@ def calibration(folder: Path) -> str:
     alone = sum(row["claim 1"] == "holds" for row in points if row["point"].startswith("a"))
     first = sum(row["point"].startswith("a") for row in points)
     count = f"B1 alone holds at {alone} of the {first} points of the first round"
-    text = f"{count}, B1 to B3 at {good} of all {len(points)}.\n\n" + whole(folder, "calibration", ("unit",))
+    text = f"{count}, B1 to B3 at {good} of all {len(points)}.\n\n" + whole(folder, "calibration")
     text += "\n" + whole(folder, "combinations")
     held = rows_of(folder, "held_out")
     return text + "\n" + table(["held out", "holds at"], [[f"B{row['claim']}", row["holds at"]] for row in held])
