@@ -8,9 +8,11 @@
     peristalsis bench --claim 8 --variant calcium --out CALCIUM
     python evidence/bench.py page SCORED VARIED CALIBRATED CALCIUM
     python evidence/bench.py passes
+    python evidence/bench.py channels
 
 `page` puts tables between the marks of docs/bench.md and copies the pictures. `passes` passes pellets one after the
-other, with rests of several lengths, and does the same with their table and picture. The folder runs of one may be
+other, with rests of several lengths, and does the same with their table and picture; `channels`
+closes the ways of calcium into the cell of the variant calcium. The folder runs of one may be
 copied into another: kept runs are not made again.
 """
 
@@ -25,6 +27,9 @@ from pathlib import Path
 from paper_claims import rows_of, table
 
 import peristalsis as ps
+from peristalsis.scoring.bench.measure import measure
+from peristalsis.scoring.bench.runs import ISOMETRIC
+from peristalsis.scoring.bench.variants import VARIANTS
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE, IMAGES = DOCS / "bench.md", DOCS / "images"
@@ -79,7 +84,7 @@ def found(runs: Runs, parts: Mapping[str, Sequence[str]]) -> dict[str, str]:
         f"{change(runs, 'hexamethonium', 'control', speed)}, with half of the reflex left (no source gives the share)",
         "B5": f"{100.0 * gone / control:.2g} %",
         "B6": f"{100.0 * float(runs['no_longitudinal_force'][speed]) / control:.0f} %",
-        "B7": f"on at least {min(map(float, order)):.0%} of the middle 3 cm, on three passes",
+        "B7": f"on {100.0 * min(map(float, order)):.0f} % of the middle 3 cm on each of three passes",
         "B8": "; ".join(parts["B8"]),
         "B10": f"{float(runs['control']['contact (kPa)']):.2g} kPa, {series(runs, ['control'], PEAK)} mN",
     }
@@ -106,7 +111,9 @@ def scores(folder: Path, condition: str = SET) -> str:
     rows = []
     for row in rows_of(folder, "claims"):
         if row["claim"] in numbers:
-            verdict = row[condition] if row[condition] == "holds" else f"**{row[condition]}**"
+            verdict = {"holds": "holds", "does not hold": "**contradicted**"}.get(
+                row[condition], f"**{row[condition]}**"
+            )
             worth = WORTH.get(row["use"], row["use"].split(":")[0])
             rows.append([row["claim"], row["statement"], verdict, numbers[row["claim"]], worth])
     return table(["", "claim", "verdict", "found", "worth"], rows)
@@ -146,7 +153,7 @@ def calibration(folder: Path) -> str:
     alone = sum(row["claim 1"] == "holds" for row in points if row["point"].startswith("a"))
     first = sum(row["point"].startswith("a") for row in points)
     count = f"B1 alone holds at {alone} of the {first} points of the first round"
-    text = f"{count}, B1 to B3 at {good} of all {len(points)}.\n\n" + whole(folder, "calibration", ("unit",))
+    text = f"{count}, B1 to B3 at {good} of all {len(points)}.\n\n" + whole(folder, "calibration")
     text += "\n" + whole(folder, "combinations")
     held = rows_of(folder, "held_out")
     return text + "\n" + table(["held out", "holds at"], [[f"B{row['claim']}", row["holds at"]] for row in held])
@@ -187,8 +194,32 @@ def passes() -> None:
     put("passes", table(head, rows))
 
 
+CELL = VARIANTS["calcium"].changes
+LEFT = 1.0 / 31.0
+"""What 30 times the IC50 leaves of a channel."""
+
+
+def channels() -> None:
+    """Speed and isometric force with either way of calcium into the cell of the variant, and both, all but closed."""
+    names = {"L-type": "calcium_l", "low-voltage": "calcium_t"}
+    whole_cell = ps.configuration("guinea_pig", changes=CELL)
+    rows = []
+    for closed in ((), ("L-type",), ("low-voltage",), ("L-type", "low-voltage")):
+        changes = dict(CELL)
+        for one in closed:
+            key = f"tissue.corrias_buist_2007.{names[one]}"
+            changes[key] = f"{LEFT * float(str(whole_cell.flat()[key]))!r} mS/cm^2"
+        numbers = []
+        for held, metric in (({}, "middle_speed_mm_s"), (ISOMETRIC, "isometric_force_mN")):
+            simulation = ps.Simulation(ps.configuration("guinea_pig", changes={**changes, **held}))
+            numbers.append(f"{float(measure(simulation, simulation.run())[0][metric]):.3g}")
+        rows.append([" and ".join(closed) or "none", *numbers])
+        print(rows[-1], flush=True)
+    put("channels", table(["closed to 1/31", "speed (mm/s)", "isometric force (mN)"], rows))
+
+
 if __name__ == "__main__":
     if sys.argv[1] == "page":
         page(*(Path(one) for one in sys.argv[2:6]))
     else:
-        passes()
+        {"passes": passes, "channels": channels}[sys.argv[1]]()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ..errors import DivergenceError
 from ..paths import located
 from .inputs import Input
 from .job import Job
@@ -81,6 +82,9 @@ def carry_out(described: Input, count: int, rest: str, out: str | None, screen: 
     ]
     screen.table(("pass", "begins", "status", "transit", "speed in the middle"), shown)
     screen.say(f"written: {spelled(table)}\nwritten: {spelled(picture)}")
-    answer: dict[str, Any] = {"status": "finished", "passes": rows, "files": [str(table), str(picture)]}
-    screen.answer(answer)
+    answer: dict[str, Any] = {"passes": rows, "files": [str(table), str(picture)]}
+    broken = found.passes[-1].result.error
+    if broken is not None:
+        return screen.fail(DivergenceError(f"pass {len(rows)}: {broken}"), answer)
+    screen.answer({"status": "finished", **answer})
     return 0

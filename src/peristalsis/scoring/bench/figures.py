@@ -11,6 +11,7 @@ from ...plots import style
 from ..drawing import COLOURS, canvas, row, usable
 from ..outcome import Outcome
 from ..source import Picture
+from .claims import STALLED
 from .runs import ABOVE, BELOW, CONTROL, HELD, LOADS, diameter_run, load_run
 
 if TYPE_CHECKING:
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 SPEED = "middle_speed_mm_s"
+
+
 WIDE = (7.4, 4.2)
 
 
@@ -71,6 +74,8 @@ def _force_by_diameter(axes: Axes, outcome: Outcome, colour: str) -> None:
 def _speed_by_load(axes: Axes, outcome: Outcome, colour: str) -> None:
     runs = [CONTROL, *(load_run(weight) for weight in LOADS)]
     axes.plot(*_points(outcome, runs, None, SPEED, (0, *LOADS)), "o-", color=colour, label=outcome.condition.title)
+    if colour == COLOURS[0]:
+        axes.axhline(STALLED, color="0.6", linestyle=":", label="stalled below")
 
 
 def _isometric(outcomes: Sequence[Outcome]) -> Canvas:
@@ -82,9 +87,9 @@ def _isometric(outcomes: Sequence[Outcome]) -> Canvas:
         if record is not None:
             arrays = record.arrays
             axes.plot(arrays["time_step"], arrays["axial_force"], color=COLOURS[number], label=label)
+    axes.axhline(0.0, color=style.GREY, linewidth=0.6)
     axes.set_xlabel("time (s)")
     axes.set_ylabel("axial force (mN)")
-    axes.set_ylim(bottom=0.0)
     axes.grid(alpha=0.25)
     axes.legend(fontsize=8)
     return figure
@@ -99,7 +104,7 @@ def _maps(outcomes: Sequence[Outcome]) -> Canvas:
         if record is None:
             continue
         arrays = record.arrays
-        grid = np.linspace(0.0, float(arrays["z"][-1]), 200)
+        grid = np.linspace(0.0, float(arrays["axial_position"].max()), 200)  # between the ends, as they are held
         shown = np.array(
             [20.0 * np.interp(grid, x, r) for x, r in zip(arrays["axial_position"], arrays["radius"], strict=True)]
         )
