@@ -317,7 +317,7 @@ def workers(made: Made) -> str:
     return (
         "## Workers\n\n"
         f"A study of {RUNS} runs (Sobol', three parameters, 80 cells, 60 elements, 10 ms, 3 s: {each:.2f} s of "
-        f"processor a run), nothing kept before, up to {REPEATS} times each in turn. All tables are "
+        f"processor a run), nothing kept before; every clock is listed, of at most {REPEATS} in turn. All tables are "
         f"{same}. Processor time is that of all processes together, the least of its column; memory is the largest "
         "resident set of each process.\n\n" + table(head, rows)
     )
