@@ -164,6 +164,8 @@ def test_examples_run(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captu
     monkeypatch.setattr(Plots, "film", film)
     monkeypatch.setattr("peristalsis.cli.paper_command.carry_out_order", lambda order, screen: 0)
     monkeypatch.setattr("peristalsis.cli.bench_command.carry_out_order", lambda order, screen: 0)
+    monkeypatch.setattr("peristalsis.cli.bench_command.calibrate_order", lambda order, screen: 0)
+    monkeypatch.setattr("peristalsis.cli.passes_command.carry_out", lambda *given: 0)
     monkeypatch.setattr("peristalsis.cli.batching.batch", lambda file, out, workers, screen, drugs, library: 0)
     for name in ("sweep", "stall_map", "sensitivity", "cohort", "kept"):
         monkeypatch.setattr(f"peristalsis.cli.studying.{name}", lambda *given: 0)

@@ -333,7 +333,7 @@ def test_sensitivity_without_velocities_failed() -> None:
 
 
 def test_every_step_of_the_paper_is_a_line(capsys: pytest.CaptureFixture[str]) -> None:
-    say = paper_command._Progress(Screen(json=False), "tight")
+    say = paper_command.RunProgress(Screen(json=False), "tight")
     for done, (made, kept) in enumerate(((record(2.4), True), (Row({"status": "not_arrived"}), False)), start=1):
         say(Step(replace(made, point=NamedPoint("fig2")), done, 9, kept))
     lines = capsys.readouterr().err.splitlines()
