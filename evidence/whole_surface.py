@@ -28,7 +28,7 @@ NOISE = 1e-7
 """Put on every place of the wall at t = 0 [cm]."""
 
 
-PARTS = {"sheets": ("model.sheets", "advance_layer"), "wall": ("model.step", "_solve_wall")}
+PARTS = {"sheets": ("model.sheets", "advance_layer"), "wall": ("model.step", "solve_wall")}
 
 
 def measured(case: Case) -> dict[str, Any]:
