@@ -79,10 +79,8 @@ def main() -> None:
     """Measure, and write the page."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out/paper") / "runs"
     workers = int(sys.argv[2]) if len(sys.argv) > 2 else 1
-    claims = [
-        claim for claim in SOURCE.claims if all(run in SOURCE.runs for part in claim.parts for run in part.rule.runs())
-    ]
-    needed = sorted({run for claim in claims for part in claim.parts for run in part.rule.runs()})
+    claims = [claim for claim in SOURCE.claims if SOURCE.runs.keys() >= set(claim.runs())]
+    needed = SOURCE.runs_of([claim.number for claim in claims])
     held: dict[tuple[str, float], set[int]] = {}
     transits: dict[tuple[str, float], float | None] = {}
     for place, (key, condition) in enumerate(conditions().items()):

@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from ..errors import ConfigurationError, shown, suggestion
+from ..errors import ConfigurationError
 from ..paths import located
 from .job import Job
-from .paper_command import COARSE_NOTE, MOST_WORKERS, PaperOrder, RunProgress, carry_out_order
+from .paper_command import COARSE_NOTE, MOST_WORKERS, PaperOrder, RunProgress, carry_out_order, chosen_variants
 from .streams import Screen, spelled
 
 EXAMPLES = (
@@ -86,7 +86,7 @@ def calibrate_order(order: PaperOrder, screen: Screen) -> int:
     from ..scoring.runs import Bench
 
     begin = time.monotonic()
-    screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(order.out / 'runs')}: call again to go on"
+    screen.if_interrupted = order.if_interrupted
     source = sources.get(order.source)
     assert source.calibration is not None
     plan, claims = source.calibration(), source.claims
@@ -112,15 +112,9 @@ def calibrate_order(order: PaperOrder, screen: Screen) -> int:
 
 
 def _variants(names: list[str]) -> tuple[str, ...]:
-    """The variants that are meant, each once."""
     from ..scoring.bench.variants import VARIANTS
 
-    for name in names:
-        if name not in VARIANTS and name != "all":
-            raise ConfigurationError(
-                f"--variant {shown(name)}: no such variant; {suggestion(name, [*VARIANTS, 'all'])}"
-            )
-    return tuple(VARIANTS) if "all" in names else tuple(dict.fromkeys(names))
+    return chosen_variants(names, VARIANTS)
 
 
 def _claims(numbers: list[int]) -> tuple[int, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -47,6 +48,11 @@ class PaperOrder:
     variants: tuple[str, ...] = ()
     source: str = "paper"
     claims: tuple[int, ...] = ()
+
+    @property
+    def if_interrupted(self) -> str:
+        """What is said to who stops it."""
+        return f"interrupted; finished runs are kept in {spelled(self.out / 'runs')}: call again to go on"
 
     def sets(self, source: Source) -> tuple[str, ...]:
         """The parameter sets that are meant."""
@@ -103,15 +109,17 @@ def paper(
 
 
 def _variants(names: list[str]) -> tuple[str, ...]:
-    """The variants that are meant, each once."""
     from ..scoring.paper.variants import VARIANTS
 
+    return chosen_variants(names, VARIANTS)
+
+
+def chosen_variants(names: list[str], known: Collection[str]) -> tuple[str, ...]:
+    """The variants that are meant, each once. Raises ConfigurationError for one that is not known."""
     for name in names:
-        if name not in VARIANTS and name != "all":
-            raise ConfigurationError(
-                f"--variant {shown(name)}: no such variant; {suggestion(name, [*VARIANTS, 'all'])}"
-            )
-    return tuple(VARIANTS) if "all" in names else tuple(dict.fromkeys(names))
+        if name not in known and name != "all":
+            raise ConfigurationError(f"--variant {shown(name)}: no such variant; {suggestion(name, [*known, 'all'])}")
+    return tuple(known) if "all" in names else tuple(dict.fromkeys(names))
 
 
 def carry_out_order(order: PaperOrder, screen: Screen) -> int:
@@ -121,7 +129,7 @@ def carry_out_order(order: PaperOrder, screen: Screen) -> int:
     from ..scoring.runs import Bench, carry_out
 
     begin = time.monotonic()
-    screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(order.out / 'runs')}: call again to go on"
+    screen.if_interrupted = order.if_interrupted
     source = sources.get(order.source)
     names = source.runs_of(order.claims) if order.claims else None
     if order.figure is not None:
@@ -152,7 +160,7 @@ def search_order(order: PaperOrder, screen: Screen) -> int:
     from ..scoring.runs import Bench
 
     begin = time.monotonic()
-    screen.if_interrupted = f"interrupted; finished runs are kept in {spelled(order.out / 'runs')}: call again to go on"
+    screen.if_interrupted = order.if_interrupted
     source = sources.get(order.source)
     if source.space is None:
         raise ConfigurationError(f"--search: the source {order.source} has no space to search; give it one")

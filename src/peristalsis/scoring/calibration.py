@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from ..errors import ConfigurationError
 from ..inputs.parameters import Parameter
@@ -26,7 +25,7 @@ from .rules import Measured
 from .runs import Bench
 from .score import score
 from .source import ParameterSet
-from .space import Free, Values
+from .space import Free, Values, sobol_shares
 
 SHIPPED = "shipped"
 """Name of the point that has the shipped numbers."""
@@ -60,8 +59,8 @@ class Calibration:
     def drawn(self, round_: int, low: Sequence[float], high: Sequence[float]) -> tuple[Values, ...]:
         """The points of a round within shares [low, high] of the prior ranges; the same for the same seed."""
         count = self.refined if round_ else self.samples
-        sequence = qmc.Sobol(len(self.free), scramble=True, seed=np.random.default_rng((self.seed, round_)))
-        shares = np.asarray(low) + (np.asarray(high) - np.asarray(low)) * sequence.random(count)
+        drawn = sobol_shares(len(self.free), count, (self.seed, round_))
+        shares = np.asarray(low) + (np.asarray(high) - np.asarray(low)) * drawn
         return tuple(
             {one.name: one.at(float(share)) for one, share in zip(self.free, row, strict=True)} for row in shares
         )
@@ -150,9 +149,7 @@ class Search:
     def _measured(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """Points with what the stages give, each until a rule fails; then the claims held out where none did."""
         claims, plan = self.bench.source.claims, self.calibration
-        needed = {number: _needed(claims, (number,)) for number in (*plan.claims, *plan.held_out)}
-        rest = tuple(dict.fromkeys(run for number in plan.claims for run in needed[number]))
-        held_out = tuple(dict.fromkeys(run for number in plan.held_out for run in needed[number]))
+        rest, held_out = self.bench.source.runs_of(plan.claims), self.bench.source.runs_of(plan.held_out)
         found = {one.name: one for one in candidates}
         for stage in (*plan.screening, rest, held_out):
             going = [one for one in found.values() if not fails(claims, plan, one)]
@@ -163,10 +160,6 @@ class Search:
                 more = {run.name: rows[one.name, run.name].summary for run in runs}
                 found[one.name] = replace(one, measured={**one.measured, **more}, complete=stage is held_out)
         return list(found.values())
-
-
-def _needed(claims: Sequence[Claim], numbers: Sequence[int]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(run for claim in claims if claim.number in numbers for run in claim.runs()))
 
 
 def _parts(claims: Sequence[Claim], plan: Calibration, candidate: Candidate) -> list[bool | None]:

@@ -132,7 +132,7 @@ class Search:
     def _whole(self, candidate: Candidate) -> Candidate:
         """Everything that the objective reads, searches for thresholds among it."""
         claims = [one for one in self.bench.source.claims if one.number in self.space.objective.claims]
-        needed = {run for claim in claims for part in claim.parts for run in part.rule.runs()}
+        needed = {run for claim in claims for run in claim.runs()}
         self.say(f"{candidate.name}: {len(needed)} runs and searches")
         condition, source = self.condition(candidate), self.bench.source
         outcome = carry_out(self.bench, condition, sorted(needed & set(source.runs)), searches=sorted(needed))

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..many.studies import classes
 from ..units import DIMENSIONLESS, format_quantity
@@ -122,11 +123,8 @@ class Space:
 
     def drawn(self) -> tuple[Values, ...]:
         """The points of the scrambled Sobol' sequence; the same for the same seed."""
-        from scipy.stats import qmc  # takes a second to import, and every report reads the space
-
         size = len(self.free) + len(self.choices)
-        shares = qmc.Sobol(size, scramble=True, seed=np.random.default_rng(self.seed)).random(self.samples)
-        return tuple(self._at(row) for row in shares)
+        return tuple(self._at(row) for row in sobol_shares(size, self.samples, self.seed))
 
     def around(self, parent: Values, place: int) -> tuple[Values, ...]:
         """Points around a parent: every free constant moved a little, choices kept. place: its rank, for the seed."""
@@ -163,6 +161,14 @@ class Space:
         numbers = {one.name: one.at(float(share)) for one, share in zip(self.free, shares[:count], strict=True)}
         words = {one.name: one.at(float(share)) for one, share in zip(self.choices, shares[count:], strict=True)}
         return {**numbers, **words}
+
+
+def sobol_shares(size: int, count: int, seed: int | tuple[int, ...]) -> NDArray[np.float64]:
+    """The first points of a scrambled Sobol' sequence in [0, 1), (count, size); the same for the same seed."""
+    from scipy.stats import qmc  # takes a second to import, and every report reads what may be drawn
+
+    found: NDArray[np.float64] = qmc.Sobol(size, scramble=True, seed=np.random.default_rng(seed)).random(count)
+    return found
 
 
 def _rounded(value: float, digits: int = DIGITS) -> float:

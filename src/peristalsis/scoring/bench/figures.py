@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 SPEED = "middle_speed_mm_s"
-
-
 WIDE = (7.4, 4.2)
 
 
