@@ -119,3 +119,17 @@ def test_the_command_writes_table_and_picture(
     assert [row["pass"] for row in answer["passes"]] == [1, 2]
     assert (tmp_path / "o" / "passes.csv").read_text(encoding="utf-8").count("\n") == 3
     assert (tmp_path / "o" / "passes.png").stat().st_size > 10_000
+
+
+def test_passes_that_are_over_are_kept_when_the_next_is_interrupted(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], series: Passes
+) -> None:
+    def stopped(*_: Any, progress: Any, **__: Any) -> Passes:
+        progress(series.passes[0])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("peristalsis.many.passes.passes", stopped)
+    monkeypatch.chdir(tmp_path)
+    assert main(["passes", "guinea_pig", "--out", "o"]) != 0
+    assert "passes that are over stand in o/passes.csv" in capsys.readouterr().err
+    assert (tmp_path / "o/passes.csv").read_text().splitlines() == series.csv().splitlines()[:2]

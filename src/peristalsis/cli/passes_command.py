@@ -50,23 +50,27 @@ def passes_(
 
 
 def carry_out(described: Input, count: int, rest: str, out: str | None, screen: Screen) -> int:
-    """Make the passes, write table and picture, say what came out."""
-    from ..many.passes import passes
+    """Make the passes, write the table after each of them and the picture at the end, say what came out."""
+    from ..many.passes import passes, passes_csv
     from ..plots.placing import whole_in_folder
 
     configuration = described.configuration()
     screen.scenario = configuration.scenario
     target = Path("out", f"{configuration.scenario}_passes") if out is None else located(out)
 
+    table, picture = target / "passes.csv", target / "passes.png"
+    over: list[Pass] = []
+
     def progress(one: Pass) -> None:
         transit = one.result.summary["transit_s"]
         ended = f"expelled after {transit:.4g} s" if transit is not None else one.result.status.replace("_", " ")
+        over.append(one)
+        with whole_in_folder(table) as temporary:
+            temporary.write_text(passes_csv(over), encoding="utf-8")
+        screen.if_interrupted = f"interrupted; passes that are over stand in {spelled(table)}"
         screen.line(f"pass {one.number} of {count}: {ended}")
 
     found = passes(configuration, count=count, rest=rest, progress=progress)
-    table, picture = target / "passes.csv", target / "passes.png"
-    with whole_in_folder(table) as temporary:
-        temporary.write_text(found.csv(), encoding="utf-8")
     with whole_in_folder(picture) as temporary:
         found.figure().savefig(temporary)
     rows = found.rows()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -77,12 +77,7 @@ class Passes:
 
     def csv(self) -> str:
         """The rows as CSV text; a number that is not there is empty."""
-        text = io.StringIO()
-        rows = self.rows()
-        writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows({name: "" if value is None else value for name, value in row.items()} for row in rows)
-        return text.getvalue()
+        return passes_csv(self.passes)
 
     def figure(self) -> Figure:
         """Place of the pellet over the time since the first began, and speed and force of every pass."""
@@ -105,6 +100,16 @@ class Passes:
             for axes in (along, across):
                 axes.grid(alpha=0.25)
         return figure
+
+
+def passes_csv(several: Sequence[Pass]) -> str:
+    """Rows of one pass or more as CSV text; a number that is not there is empty."""
+    text = io.StringIO()
+    rows = [one.row() for one in several]
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({name: "" if value is None else value for name, value in row.items()} for row in rows)
+    return text.getvalue()
 
 
 def passes(
