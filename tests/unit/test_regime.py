@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from peristalsis import scenarios
@@ -15,7 +16,7 @@ from peristalsis.inputs.config import Configuration
 from peristalsis.inputs.parameters import shipped
 from peristalsis.many.rows import Row
 from peristalsis.scoring import runs, sources
-from peristalsis.scoring.regime import NO_EDGE, OFF, SCORED, SCREENED_OUT, Search, merit, ranked, table
+from peristalsis.scoring.regime import ALWAYS, NEVER, OFF, SCORED, SCREENED_OUT, Search, merit, ranked, table
 from peristalsis.scoring.report import write_table
 from peristalsis.scoring.runs import Bench
 from peristalsis.scoring.source import Table
@@ -53,7 +54,7 @@ def search(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Search:
     monkeypatch.setattr(runs, "sweep", sweep)
     edge = replace(SPACE.edge, halvings=5)
     asked = replace(SPACE.objective, claims=(1, 4, 22), screening=("baseline", "eta_x2", "pellet_x1.05"))
-    space = replace(SPACE, samples=4, screened=2, parents=1, children=2, edge=edge, objective=asked)
+    space = replace(SPACE, samples=4, screened=2, parents=1, children=2, rounds=1, edge=edge, objective=asked)
     return Search(Bench(SOURCE, tmp_path), space)
 
 
@@ -112,9 +113,34 @@ def test_the_same_search_gives_the_same_table(search: Search) -> None:
     assert len(first.splitlines()) == 1 + 4 + 2
 
 
-def test_a_point_that_never_rides_is_a_row_that_says_so(search: Search, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(globals(), "EDGE", 2.0)
-    assert {one.status for one in search.carry_out()} == {NO_EDGE}
+def test_more_rounds_go_on_from_the_best_of_all_and_repeat_what_was_there(search: Search) -> None:
+    once = search.carry_out()
+    more = replace(search, space=replace(search.space, rounds=3)).carry_out()
+    assert more[: len(once)] == once
+    assert len({one.name for one in more}) == len(more) == len(once) + 2 * 2
+    for place, count in ((len(once), 2), (len(once) + 2, 2)):
+        best = ranked(SOURCE.claims, search.space, more[:place])[0].name
+        assert {one.parent for one in more[place : place + count]} == {best}
+
+
+def test_later_rounds_keep_nearer_to_their_parents() -> None:
+    parent = SPACE.drawn()[0]
+    space = replace(SPACE, children=64, narrowing=0.5)
+
+    def spread(round_: int) -> float:
+        beyond = space.free[0]
+        return float(np.std([beyond.share(float(one[beyond.name])) for one in space.around(parent, 0, round_)]))
+
+    assert spread(2) == pytest.approx(space.spread / 4.0, rel=0.3)
+    assert space.around(parent, 0, 1) != space.around(parent, 0, 2)
+
+
+@pytest.mark.parametrize(("edge", "status"), [(2.0, NEVER), (0.1, ALWAYS)])
+def test_a_point_without_an_edge_in_range_is_a_row_that_says_why(
+    search: Search, monkeypatch: pytest.MonkeyPatch, edge: float, status: str
+) -> None:
+    monkeypatch.setitem(globals(), "EDGE", edge)
+    assert {one.status for one in search.carry_out()} == {status}
 
 
 def test_a_norm_that_takes_another_time_is_dropped_before_the_screening(search: Search) -> None:

@@ -9,6 +9,7 @@ follows from the space and from kept runs, so that a second search, or one taken
 from __future__ import annotations
 
 import functools
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -22,7 +23,13 @@ from .score import HOLDS, score
 from .source import Table
 from .space import Space, Values
 
-NO_EDGE, OFF, SCREENED_OUT, SCORED = "never rides", "transit out of range", "screened out", "scored"
+NEVER, ALWAYS, OFF, SCREENED_OUT, SCORED = (
+    "never rides",
+    "rides with the least force",
+    "transit out of range",
+    "screened out",
+    "scored",
+)
 
 
 @dataclass(frozen=True)
@@ -58,14 +65,21 @@ class Search:
     def carry_out(self) -> tuple[Candidate, ...]:
         """All candidates, in the order in which they were made."""
         drawn = [Candidate(f"s{place:03d}", values) for place, values in enumerate(self.space.drawn())]
-        first = self._round(drawn)
-        parents = ranked(self.bench.source.claims, self.space, first)[: self.space.parents]
-        moved = [
-            Candidate(f"{parent.name}.{child}", values, parent.name)
+        found = self._round(drawn)
+        for round_ in range(self.space.rounds):
+            self.say(f"refined, round {round_ + 1} of {self.space.rounds}")
+            found = (*found, *self._round(self._moved(found, round_)))
+        return found
+
+    def _moved(self, found: Sequence[Candidate], round_: int) -> list[Candidate]:
+        """Points around the best so far; the children of one parent are counted on from round to round."""
+        born = Counter(one.parent for one in found)
+        parents = ranked(self.bench.source.claims, self.space, found)[: self.space.parents]
+        return [
+            Candidate(f"{parent.name}.{born[parent.name] + child}", values, parent.name)
             for place, parent in enumerate(parents)
-            for child, values in enumerate(self.space.around(parent.values, place))
+            for child, values in enumerate(self.space.around(parent.values, place, round_))
         ]
-        return (*first, *self._round(moved))
 
     def condition(self, candidate: Candidate, force: float | None = None) -> Condition:
         """Under what a candidate's experiments are made, with its own force or another."""
@@ -91,11 +105,11 @@ class Search:
         edge = self.space.edge
         self.say(f"edge of riding: {len(candidates)} points, {edge.halvings} halvings")
         found = {one.name: replace(one, low=edge.low, high=edge.high) for one in candidates}
-        for bound in (edge.high, edge.low):
+        for bound, expected, status in ((edge.high, True, NEVER), (edge.low, False, ALWAYS)):
             rides = self._rides({name: bound for name, one in found.items() if not one.status}, found)
             for name, riding in rides.items():
-                if riding is not (bound == edge.high):  # it must ride with all the force, and not with the least
-                    found[name] = replace(found[name], status=NO_EDGE)
+                if riding is not expected:
+                    found[name] = replace(found[name], status=status)
         for _ in range(edge.halvings):
             middles = {n: _middle(one.low, one.high) for n, one in found.items() if not one.status}
             for name, riding in self._rides(middles, found).items():

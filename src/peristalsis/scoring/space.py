@@ -108,7 +108,10 @@ class Objective:
 
 @dataclass(frozen=True, slots=True)
 class Space:
-    """All of it, with the seed and the budget: drawn `samples`, of which so many are `screened`, `parents` refined."""
+    """All of it, with the seed and the budget: drawn `samples`, of which so many are `screened`, `parents` refined.
+
+    rounds: how often the best of all so far are refined; the spread of each round is `narrowing` times the last one's.
+    """
 
     seed: int
     samples: int
@@ -116,6 +119,8 @@ class Space:
     parents: int
     children: int
     spread: float
+    rounds: int
+    narrowing: float
     edge: Edge
     objective: Objective
     free: tuple[Free, ...]
@@ -126,12 +131,12 @@ class Space:
         size = len(self.free) + len(self.choices)
         return tuple(self._at(row) for row in sobol_shares(size, self.samples, self.seed))
 
-    def around(self, parent: Values, place: int) -> tuple[Values, ...]:
+    def around(self, parent: Values, place: int, round_: int = 0) -> tuple[Values, ...]:
         """Points around a parent: every free constant moved a little, choices kept. place: its rank, for the seed."""
-        random = np.random.default_rng((self.seed, place))
+        random = np.random.default_rng((self.seed, place, round_) if round_ else (self.seed, place))
         found = []
         for _ in range(self.children):
-            steps = random.normal(scale=self.spread, size=len(self.free))
+            steps = random.normal(scale=self.spread * self.narrowing**round_, size=len(self.free))
             moved = {
                 one.name: one.at(min(max(one.share(float(parent[one.name])) + step, 0.0), 1.0))
                 for one, step in zip(self.free, steps, strict=True)
