@@ -7,6 +7,8 @@ import math
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from peristalsis.scoring import rules
 from peristalsis.scoring.claim import Claim
@@ -217,6 +219,43 @@ def test_combined_rules_with_something_unknown() -> None:
     assert rules.AnyOf((false, unknown)).judge(table).missing
     assert rules.Not(unknown).judge(table).holds is None
     assert rules.Not(false).judge(table).holds is True
+
+
+times = st.one_of(st.none(), st.floats(0.5, 9.0))
+
+
+@given(times, times, st.integers(0, 3), st.integers(0, 3))
+def test_a_margin_is_positive_where_a_rule_holds_and_negative_where_not(
+    first: float | None, second: float | None, stops: int, others: int
+) -> None:
+    table = {
+        name: stays(3.0, stops=count) if time is None else arrives(time, stops=count)
+        for name, time, count in (("a", first, stops), ("b", second, others))
+    }
+    single: list[rules.Rule] = [
+        rules.Within("a", "transit_s", 2.0, 3.0),
+        rules.Within("a", "stops", high=0),
+        rules.Ends("a", ("expelled",)),
+        rules.Later("a", "b"),
+        rules.InTime("a", "b", 0.1, 0.2),
+        rules.Exceeds("a", "transit_s", "b", factor=1.25),
+        rules.Exceeds("a", "stops", "b"),
+    ]
+    joined = [rules.AllOf(tuple(single[:2])), rules.AnyOf(tuple(single[3:])), rules.Not(single[3])]
+    for rule in (*single, *joined):
+        found = rule.judge(table)
+        assert found.margin >= 0.0 if found.holds else found.margin <= 0.0, (rule, found)
+
+
+def test_a_margin_is_the_share_of_the_bound() -> None:
+    table = {"a": arrives(2.4, stops=0), "b": arrives(3.0, stops=0), "c": stays(2.0), "d": stays(4.0)}
+    assert rules.Within("a", "transit_s", high=2.0).judge(table).margin == pytest.approx(-0.2)
+    assert rules.Later("b", "a").judge(table).margin == pytest.approx(0.25 - 0.01)
+    assert rules.Later("c", "d").judge(table).margin == pytest.approx(0.49)
+    assert rules.InTime("b", "a", above=0.2).judge(table).margin == pytest.approx(-0.05)
+    assert rules.Exceeds("b", "transit_s", "a", factor=1.5).judge(table).margin == pytest.approx(3.0 / 3.6 - 1.0)
+    assert rules.Exceeds("a", "stops", "b").judge(table).margin == -1.0  # one more would do
+    assert math.isnan(rules.Ends("e", ("expelled",)).judge(table).margin)
 
 
 def test_an_undefined_number_meets_no_bound() -> None:

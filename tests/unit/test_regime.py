@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from peristalsis import scenarios
-from peristalsis.errors import WriteError
+from peristalsis.cli.paper_command import PaperOrder, paper, search_order
+from peristalsis.cli.streams import Screen
+from peristalsis.errors import ConfigurationError, WriteError
 from peristalsis.inputs.config import Configuration
 from peristalsis.inputs.parameters import shipped
 from peristalsis.many.rows import Row
@@ -168,3 +170,32 @@ def test_a_table_that_cannot_be_written_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(WriteError, match="could not write the report into"):
         write_table(found, blocked)
     assert write_table(found, tmp_path / "new").read_text() == "point\ns000\n"
+
+
+def test_claims_that_were_held_out_are_measured_once_the_search_is_over(search: Search) -> None:
+    found = search.carry_out()
+    known = search.with_held_out(found)
+    assert [one.name for one in known] == [one.name for one in found if one.status == SCORED]
+    needed = {run for claim in SOURCE.claims if claim.number in SPACE.objective.held_out for run in claim.runs()}
+    assert not any(needed <= set(one.measured) for one in found)
+    assert all(needed <= set(one.measured) for one in known)
+    assert [one.status for one in found] == [one.status for one in search.carry_out()]
+
+
+@pytest.mark.parametrize("held_out", [False, True])
+def test_the_command_writes_points_front_and_near_misses(
+    search: Search, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, held_out: bool
+) -> None:
+    monkeypatch.setattr(sources, "get", lambda name: replace(SOURCE, space=search.space))
+    order = PaperOrder(None, "tight", 1, tmp_path / "found", coarse=False, held_out=held_out)
+    assert search_order(order, Screen(json=False)) == 0
+    lines = {file.stem: file.read_text().splitlines() for file in (tmp_path / "found").glob("*.csv")}
+    assert set(lines) == {"candidates", "front", "exclusive", "nearest"}
+    numbers = {int(line.split(",")[0]) for line in lines["nearest"][1:]}
+    assert numbers == ({claim.number for claim in SOURCE.claims} if held_out else set(search.space.objective.claims))
+    assert ("edge" in "".join(lines["front"])) == held_out
+
+
+def test_held_out_claims_belong_to_a_search() -> None:
+    with pytest.raises(ConfigurationError, match="add --search"):
+        paper(held_out=True)

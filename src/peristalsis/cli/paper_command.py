@@ -30,6 +30,7 @@ EXAMPLES = (
     "peristalsis paper --variant doubled --variant moving-wall",
     "peristalsis paper --coarse --workers 2",
     "peristalsis paper --search --out out/search",
+    "peristalsis paper --search --held-out --out out/search",
 )
 
 COARSE_NOTE = "Coarse grids: transits are off by some ten per cent. Do not quote these verdicts."
@@ -37,7 +38,10 @@ COARSE_NOTE = "Coarse grids: transits are off by some ten per cent. Do not quote
 
 @dataclass(frozen=True)
 class PaperOrder:
-    """What to run and where to put it; source: whose claims are scored; claims: only what these need, all if none."""
+    """What to run and where to put it; source: whose claims are scored; claims: only what these need, all if none.
+
+    held_out: of a search, score the claims that were held out as well, at its scored points and in the parameter sets.
+    """
 
     figure: str | None
     reading: str
@@ -48,6 +52,7 @@ class PaperOrder:
     variants: tuple[str, ...] = ()
     source: str = "paper"
     claims: tuple[int, ...] = ()
+    held_out: bool = False
 
     @property
     def if_interrupted(self) -> str:
@@ -89,6 +94,13 @@ def paper(
             "--search", help="Search for the numbers under which most claims hold (two hours), instead of scoring."
         ),
     ] = False,
+    held_out: Annotated[
+        bool,
+        typer.Option(
+            "--held-out",
+            help="With --search: score the claims that were held out as well, once it is over, and every reading.",
+        ),
+    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
     ] = False,
@@ -104,7 +116,11 @@ def paper(
         raise ConfigurationError(f"--reading {shown(reading)}: no such reading; {suggestion(reading, READINGS)}")
     if not 1 <= workers <= MOST_WORKERS:
         raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
-    order = PaperOrder(figure, reading, workers, located(out), coarse, not no_searches, _variants(variant or []))
+    if held_out and not search:
+        raise ConfigurationError("--held-out: belongs to a search, and none is asked for; add --search")
+    order = PaperOrder(
+        *(figure, reading, workers, located(out), coarse, not no_searches, _variants(variant or [])), held_out=held_out
+    )
     return Job(lambda screen: (search_order if search else carry_out_order)(order, screen))
 
 
@@ -154,10 +170,10 @@ def carry_out_order(order: PaperOrder, screen: Screen) -> int:
 
 def search_order(order: PaperOrder, screen: Screen) -> int:
     """Search the space of the source, write the table of its points, and say which are best; the exit code."""
-    from ..scoring import sources
+    from ..scoring import sources, together
     from ..scoring.regime import Search, table
     from ..scoring.report import write_table
-    from ..scoring.runs import Bench
+    from ..scoring.runs import Bench, carry_out
 
     begin = time.monotonic()
     screen.if_interrupted = order.if_interrupted
@@ -166,12 +182,24 @@ def search_order(order: PaperOrder, screen: Screen) -> int:
         raise ConfigurationError(f"--search: the source {order.source} has no space to search; give it one")
     bench = Bench(source, order.out / "runs", order.workers, RunProgress(screen, "search"))
     search = Search(bench, source.space, order.sets(source)[0], screen.say)
-    found = table(source.claims, source.space, search.carry_out())
+    candidates = search.carry_out()
+    found = table(source.claims, source.space, candidates)
     path = write_table(found, order.out)
+    asked = [one for one in source.claims if one.number in source.space.objective.claims]
+    known = together.points(candidates)
+    if order.held_out:
+        asked = list(source.claims)
+        sets = source.conditions([one.name for one in source.sets])
+        readings = [carry_out(bench, condition) for condition, _ in sets]
+        known = together.points(search.with_held_out(candidates), readings)
+    tables = [make(asked, known) for make in together.TABLES]
+    for one in tables:
+        write_table(one, order.out)
     spent = time.monotonic() - begin
     screen.table(found.columns[:9], [row[:9] for row in found.rows[:10]])
+    screen.table(tables[0].columns, tables[0].rows)
     screen.answer({"status": "finished", "written": str(path), "points": len(found.rows), "wall_s": round(spent, 1)})
-    screen.say(f"written: {spelled(path)} ({spent:.0f} s)")
+    screen.say(f"written: {spelled(path)} and {', '.join(one.name for one in tables)}.csv beside it ({spent:.0f} s)")
     return 0
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -70,6 +70,10 @@ class Search:
             self.say(f"refined, round {round_ + 1} of {self.space.rounds}")
             found = (*found, *self._round(self._moved(found, round_)))
         return found
+
+    def with_held_out(self, candidates: Iterable[Candidate]) -> tuple[Candidate, ...]:
+        """The scored candidates with what the claims that were held out read as well: once the search is over."""
+        return tuple(self._asked(one, self.space.objective.held_out) for one in candidates if one.status == SCORED)
 
     def _moved(self, found: Sequence[Candidate], round_: int) -> list[Candidate]:
         """Points around the best so far; the children of one parent are counted on from round to round."""
@@ -145,12 +149,16 @@ class Search:
 
     def _whole(self, candidate: Candidate) -> Candidate:
         """Everything that the objective reads, searches for thresholds among it."""
-        claims = [one for one in self.bench.source.claims if one.number in self.space.objective.claims]
+        return replace(self._asked(candidate, self.space.objective.claims), status=SCORED)
+
+    def _asked(self, candidate: Candidate, numbers: Sequence[int]) -> Candidate:
+        """A candidate with what the claims of these numbers read."""
+        claims = [one for one in self.bench.source.claims if one.number in numbers]
         needed = {run for claim in claims for run in claim.runs()}
         self.say(f"{candidate.name}: {len(needed)} runs and searches")
         condition, source = self.condition(candidate), self.bench.source
         outcome = carry_out(self.bench, condition, sorted(needed & set(source.runs)), searches=sorted(needed))
-        return replace(candidate, measured=outcome.measured, status=SCORED)
+        return replace(candidate, measured={**candidate.measured, **outcome.measured})
 
 
 def _middle(low: float, high: float) -> float:

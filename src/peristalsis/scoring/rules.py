@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -22,12 +22,17 @@ UNITS = {"_mm_s": "mm/s", "_cm_s": "cm/s", "_cm": "cm", "_s": "s", "_kpa": "kPa"
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a rule found: True, False, or None where it cannot be judged; `numbers` says on what grounds."""
+    """What a rule found: True, False, or None where it cannot be judged; `numbers` says on what grounds.
+
+    missing: the rule was not judged because its run has not been made; else because it cannot be. margin: how far the
+    number lies on the side that is asked for, as a share of the bound; negative on the other side, infinite where no
+    number decides, and nan where nothing was judged.
+    """
 
     holds: bool | None
     numbers: str
     missing: bool = False
-    """The rule was not judged because its run has not been made; else because it cannot be."""
+    margin: float = math.nan
 
 
 class Rule(Protocol):
@@ -66,6 +71,11 @@ def shown(value: Any, metric: str = "") -> str:
     return str(value)
 
 
+def _certain(holds: bool) -> float:
+    """The margin of what no number decides."""
+    return math.inf if holds else -math.inf
+
+
 def _ending(metrics: Mapping[str, Any]) -> str:
     if metrics.get("transit_s") is not None:
         return f"{metrics['transit_s']:.3f} s"
@@ -94,7 +104,12 @@ class Within:
             (False, False): "any number",
         }[math.isfinite(self.low), math.isfinite(self.high)]
         holds = value is not None and self.low <= value <= self.high
-        return Finding(holds, f"{self.run}: {self.metric} {shown(value, self.metric)} (asked: {bounds})")
+        numbers = f"{self.run}: {self.metric} {shown(value, self.metric)} (asked: {bounds})"
+        return Finding(holds, numbers, margin=-math.inf if value is None else self._margin(value))
+
+    def _margin(self, value: float) -> float:
+        size = max((abs(one) for one in (self.low, self.high) if math.isfinite(one)), default=0.0) or 1.0
+        return min(value - self.low, self.high - value) / size
 
     def runs(self) -> tuple[str, ...]:
         """The one run."""
@@ -114,7 +129,8 @@ class Ends:
             metrics = _of(measured, self.run)
         except _Unusable as reason:
             return reason.finding
-        return Finding(metrics["status"] in self.ways, f"{self.run}: {_ending(metrics)}")
+        holds = metrics["status"] in self.ways
+        return Finding(holds, f"{self.run}: {_ending(metrics)}", margin=_certain(holds))
 
     def runs(self) -> tuple[str, ...]:
         """The one run."""
@@ -141,10 +157,12 @@ class Later:
         numbers = f"{self.run}: {_ending(ours)}; {self.than}: {_ending(other)}"
         mine, theirs = ours.get("transit_s"), other.get("transit_s")
         if mine is None and theirs is None:
-            return Finding(ours["travel_cm"] < (1.0 - self.by) * other["travel_cm"], numbers)
+            gone, reach = ours["travel_cm"], other["travel_cm"]
+            margin = 1.0 - self.by - gone / reach if reach else -math.inf
+            return Finding(gone < (1.0 - self.by) * reach, numbers, margin=margin)
         if mine is None or theirs is None:
-            return Finding(mine is None, numbers)
-        return Finding(mine > (1.0 + self.by) * theirs, numbers)
+            return Finding(mine is None, numbers, margin=_certain(mine is None))
+        return Finding(mine > (1.0 + self.by) * theirs, numbers, margin=mine / theirs - 1.0 - self.by)
 
     def runs(self) -> tuple[str, ...]:
         """Both runs."""
@@ -169,8 +187,10 @@ class InTime:
         numbers = f"{self.run}: {_ending(ours)}; {self.than}: {_ending(other)}"
         mine, theirs = ours.get("transit_s"), other.get("transit_s")
         if mine is None or theirs is None:
-            return Finding(False, numbers)
-        return Finding((1.0 - self.below) * theirs <= mine <= (1.0 + self.above) * theirs, numbers)
+            return Finding(False, numbers, margin=-math.inf)
+        holds = (1.0 - self.below) * theirs <= mine <= (1.0 + self.above) * theirs
+        share = mine / theirs - 1.0
+        return Finding(holds, numbers, margin=min(share + self.below, self.above - share))
 
     def runs(self) -> tuple[str, ...]:
         """Both runs."""
@@ -197,8 +217,11 @@ class Exceeds:
             return reason.finding
         numbers = f"{self.run}: {self.metric} {shown(mine, self.metric)}; {self.than}: {metric} {shown(theirs, metric)}"
         if mine is None or theirs is None:
-            return Finding(False, numbers)
-        return Finding(mine >= self.factor * theirs and mine > theirs + self.excess, numbers)
+            return Finding(False, numbers, margin=-math.inf)
+        least = theirs + (self.excess or 1.0 if isinstance(mine, int) else self.excess)  # of counts, the next one
+        bound = max(self.factor * theirs, least)
+        holds = mine >= self.factor * theirs and mine > theirs + self.excess
+        return Finding(holds, numbers, margin=(mine - bound) / (abs(bound) or 1.0))
 
     def runs(self) -> tuple[str, ...]:
         """Both runs."""
@@ -219,7 +242,7 @@ class AllOf:
             holds = False
         elif any(one.holds is None for one in found):
             holds = None
-        return _joined(found, holds)
+        return _joined(found, holds, min)
 
     def runs(self) -> tuple[str, ...]:
         """All of them."""
@@ -240,7 +263,7 @@ class AnyOf:
             holds = True
         elif any(one.holds is None for one in found):
             holds = None
-        return _joined(found, holds)
+        return _joined(found, holds, max)
 
     def runs(self) -> tuple[str, ...]:
         """All of them."""
@@ -256,13 +279,16 @@ class Not:
     def judge(self, measured: Measured) -> Finding:
         """Turn it around."""
         found = self.rule.judge(measured)
-        return Finding(None if found.holds is None else not found.holds, found.numbers, found.missing)
+        holds = None if found.holds is None else not found.holds
+        return Finding(holds, found.numbers, found.missing, -found.margin)
 
     def runs(self) -> tuple[str, ...]:
         """Those of the rule."""
         return self.rule.runs()
 
 
-def _joined(found: list[Finding], holds: bool | None) -> Finding:
+def _joined(found: list[Finding], holds: bool | None, which: Callable[[list[float]], float]) -> Finding:
     texts = list(dict.fromkeys(one.numbers for one in found))
-    return Finding(holds, "; ".join(texts), holds is None and any(one.missing for one in found))
+    margins = [one.margin for one in found if not math.isnan(one.margin)]
+    margin = which(margins) if holds is not None and margins else math.nan
+    return Finding(holds, "; ".join(texts), holds is None and any(one.missing for one in found), margin)

@@ -54,6 +54,7 @@ class HalvesTogether:
                 return Finding(
                     False,
                     f"{metric} keeps {least:.0%} of the control's at {self.concentrations[-1]:g} times the IC50",
+                    margin=-math.inf,
                 )
             halves.append(half)
         ratio = halves[0] / halves[1]
@@ -61,6 +62,7 @@ class HalvesTogether:
             self.low <= ratio <= self.high,
             f"half of {self.first[1]} at {halves[0]:.3g}, of {self.second[1]} at {halves[1]:.3g} times the channel's "
             f"IC50: ratio {ratio:.3g} (asked: {self.low:g} to {self.high:g})",
+            margin=min(ratio - self.low, self.high - ratio) / max(abs(self.low), abs(self.high)),
         )
 
     def runs(self) -> tuple[str, ...]:
