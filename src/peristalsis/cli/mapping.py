@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ConfigurationError, WriteError, shown, suggestion
 from ..paths import located
-from .map_command import MapOrder, lengths
+from .orders import MapOrder, lengths
 from .streams import Screen, spelled
 
 if TYPE_CHECKING:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Annotated
 
 import typer
@@ -11,6 +10,7 @@ import typer
 from ..errors import ConfigurationError, shown
 from .job import Job
 from .options import Drugs, Json, Library, Workers
+from .orders import StudyOrder
 
 MOST_WORKERS = 64
 
@@ -51,19 +51,6 @@ Reading = Annotated[
 ]
 Parquet = Annotated[bool, typer.Option("--parquet", help="Write the table as Parquet too; extra studies.")]
 NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
-
-
-@dataclass(frozen=True)
-class StudyOrder:
-    """What a command line asks of a study. workers: processes, or the address of a scheduler."""
-
-    file: str
-    out: str | None
-    workers: int | str
-    kept: str | None = None
-    parquet: bool = False
-    plots: bool = True
-    reading: str | None = None
 
 
 def workers_of(workers: int, scheduler: str | None) -> int | str:

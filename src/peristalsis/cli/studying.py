@@ -14,7 +14,7 @@ from .streams import Screen, spelled
 if TYPE_CHECKING:
     from ..many.rows import Step
     from ..many.studies.table import Table
-    from .study_command import StudyOrder
+    from .orders import StudyOrder
 
 
 class Progress:
