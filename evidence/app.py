@@ -20,6 +20,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from common import wrapped
 from playwright.sync_api import sync_playwright
 
 PARTS = ("processor", "first", "live", "lag", "memory")
@@ -272,7 +273,7 @@ def main() -> None:
             server.terminate()
     kept = {**(json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}), **found}
     KEPT.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    KEPT.with_suffix(".md").write_text(page_of(kept), encoding="utf-8")
+    KEPT.with_suffix(".md").write_text(wrapped(page_of(kept)), encoding="utf-8")
     print(page_of(found))
 
 

@@ -15,6 +15,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 import cell_twins
 import myokit
+from common import wrapped
 
 from peristalsis.cells import single
 from peristalsis.cells.description import described, start
@@ -195,7 +196,7 @@ def main() -> None:
     axes[-1].set_xlabel("time [s]")
     figure.savefig(PAGES / "cells.png", dpi=90)
     lines += ["", "![Potentials of the five cells by both programs](cells.png)", ""]
-    (PAGES / "cells.md").write_text("\n".join(lines), encoding="utf-8")
+    (PAGES / "cells.md").write_text(wrapped("\n".join(lines)), encoding="utf-8")
 
 
 if __name__ == "__main__":
