@@ -3,7 +3,7 @@
     python evidence/app.py [--parts processor,first,live,lag,memory] [--runs 30] [--pictures FOLDER]
 
 Needs the extras `app` and `browser` and the system's Chromium. Each part that is measured replaces its figures in
-docs/evidence/app.json, and docs/evidence/app.md is written of them; with --pictures, the page as pictures.
+docs/evidence/app.json, and docs/evidence/app.md is written from them; with --pictures, the page as pictures.
 """
 
 from __future__ import annotations
@@ -206,7 +206,7 @@ beside them, the number of processes that wanted a core; times of the processor 
 """
 TAIL = """
 A slider waits for at most 30 ms to be sent, for the piece under way, for the change, and for the next
-piece. What the lag above is longer than their sum is the wait for a core.
+piece. Where the lag above is longer than their sum, the rest is the wait for a core.
 
 The server keeps the frames of four runs a page (5 kB each, fifty a second of simulated time) and no
 more, so its memory stays once these are there. A process that waits for the next run, or still stores

@@ -180,8 +180,9 @@ def main() -> None:
         *("sum of sizes (%)", "from reference (%)", "track, rms (mm)", "cost over before"),
     )
     text = "# Errors of one column, part by part\n\nMade by `python evidence/parts.py`. Each part is the change of "
-    text += f"transit from where that one is {REFINED} times finer (the wall step at the finer conduction step, of "
-    text += f"which both are whole multiples); the reference ({REFERENCE.name()}, finer ways) takes {limit:.5f} s. "
+    text += f"transit from a run in which that one is {REFINED} times finer (the wall step at the finer conduction "
+    text += f"step, of which both are whole multiples); the reference ({REFERENCE.name()}, finer ways) takes "
+    text += f"{limit:.5f} s. "
     text += "Before is `tissue.front_correction = none`, `grid.exchange = averages`, `trigger.timing = step`; the "
     text += "finer ways, which are shipped, are `measured`, `reconstructed` and `within`, Eqs. (85)–(88), (100). Cost: "
     text += f"processor time of the solver, median of {ROUNDS} runs in turns.\n\n" + table(head, rows)
