@@ -27,7 +27,7 @@ def test_a_run_is_seen_while_it_computes(visit: Callable[..., Visit]) -> None:
     own.state("a", "over")
     assert "left at the anal end" in page.inner_text("#status") or "on its way" in page.inner_text("#status")
     assert page.inner_text("#problem") == ""
-    assert "Transit" in page.inner_text("#numbers") or "Way of the pellet" in page.inner_text("#numbers")
+    assert "Transit" in page.inner_text("#numbers") or "Travel of the pellet" in page.inner_text("#numbers")
 
 
 def test_play_pause_step_and_scrub(visit: Callable[..., Visit]) -> None:
@@ -108,7 +108,7 @@ def test_a_lesson(visit: Callable[..., Visit]) -> None:
     page.click("#lesson-run")
     own.until("document.getElementById('lesson-answer').textContent.includes('predicted')", seconds=240)
     assert "Only with receptors" in page.inner_text("#lesson-answer")
-    assert page.inner_text("#lesson-answer").startswith("Otherwise than predicted")
+    assert page.inner_text("#lesson-answer").startswith("Not as you predicted")
 
 
 def test_by_the_keyboard_alone(visit: Callable[..., Visit]) -> None:

@@ -10,7 +10,7 @@ from ..results.result import Result
 
 NUMBERS = (
     ("transit_s", "Transit", "s"),
-    ("travel_cm", "Way of the pellet", "cm"),
+    ("travel_cm", "Travel of the pellet", "cm"),
     ("mean_velocity_cm_s", "Mean velocity", "cm/s"),
     ("max_velocity_cm_s", "Greatest velocity", "cm/s"),
     ("max_axial_force_mN", "Greatest push", "mN"),
