@@ -201,8 +201,8 @@ def with_load(rows: dict[str, str]) -> dict[str, str]:
 HEAD = """# What the app costs
 
 Measured by [`evidence/app.py`](../../evidence/app.py) in the system's Chromium, without a graphics
-processor, on a machine of two cores that others used as well. Times on the clock hold for the load
-beside them, the number of processes that wanted a core; times of the processor hold for any.
+processor. Times on the clock hold for the load beside them: how many processes wanted a core, on the
+mean of the minute before, the browser and the server among them. Times of the processor hold for any.
 """
 TAIL = """
 A slider waits for at most 30 ms to be sent, for the piece under way, for the change, and for the next

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 Measured = Mapping[str, Mapping[str, Any]]
 """Run or study -> metric -> number, text or None (undefined). `status` is always there."""
@@ -229,20 +229,24 @@ class Exceeds:
 
 
 @dataclass(frozen=True, slots=True)
-class AllOf:
-    """Every one of the rules holds."""
+class _Joined:
+    """Several rules as one; one finding of `decides` settles it, and None of any rule leaves the rest open."""
 
     rules: tuple[Rule, ...]
+    decides: ClassVar[bool]
 
     def judge(self, measured: Measured) -> Finding:
-        """False if one is false, else None if one cannot be judged."""
+        """Apply all of them."""
         found = [rule.judge(measured) for rule in self.rules]
-        holds: bool | None = True
-        if any(one.holds is False for one in found):
-            holds = False
+        holds: bool | None = not self.decides
+        if any(one.holds is self.decides for one in found):
+            holds = self.decides
         elif any(one.holds is None for one in found):
             holds = None
-        return _joined(found, holds, min)
+        margins = [one.margin for one in found if not math.isnan(one.margin)]
+        margin = (max if self.decides else min)(margins) if holds is not None and margins else math.nan
+        texts = "; ".join(dict.fromkeys(one.numbers for one in found))
+        return Finding(holds, texts, holds is None and any(one.missing for one in found), margin)
 
     def runs(self) -> tuple[str, ...]:
         """All of them."""
@@ -250,24 +254,17 @@ class AllOf:
 
 
 @dataclass(frozen=True, slots=True)
-class AnyOf:
+class AllOf(_Joined):
+    """Every one of the rules holds."""
+
+    decides = False
+
+
+@dataclass(frozen=True, slots=True)
+class AnyOf(_Joined):
     """At least one of the rules holds."""
 
-    rules: tuple[Rule, ...]
-
-    def judge(self, measured: Measured) -> Finding:
-        """True if one is true, else None if one cannot be judged."""
-        found = [rule.judge(measured) for rule in self.rules]
-        holds: bool | None = False
-        if any(one.holds is True for one in found):
-            holds = True
-        elif any(one.holds is None for one in found):
-            holds = None
-        return _joined(found, holds, max)
-
-    def runs(self) -> tuple[str, ...]:
-        """All of them."""
-        return tuple(dict.fromkeys(run for rule in self.rules for run in rule.runs()))
+    decides = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,10 +282,3 @@ class Not:
     def runs(self) -> tuple[str, ...]:
         """Those of the rule."""
         return self.rule.runs()
-
-
-def _joined(found: list[Finding], holds: bool | None, which: Callable[[list[float]], float]) -> Finding:
-    texts = list(dict.fromkeys(one.numbers for one in found))
-    margins = [one.margin for one in found if not math.isnan(one.margin)]
-    margin = which(margins) if holds is not None and margins else math.nan
-    return Finding(holds, "; ".join(texts), holds is None and any(one.missing for one in found), margin)
