@@ -189,8 +189,9 @@ def main() -> None:
     text += "\nOne of the two without the other, at the shipped grids and steps:\n\n"
     without = [(name, transit(n), 100.0 * (transit(n) / limit - 1.0)) for name, n in WITHOUT.items()]
     text += table(("with", "transit (s)", "from reference (%)"), without)
-    text += "\nSpeed of a front in tissue with other conductances, whose foot the law takes for that of the shipped "
-    text += "one: error in % at cells of so many shipped feet, without and with the correction, steps of 0.5 ms.\n\n"
+    text += "\nSpeed of a front in tissue with other conductances, whose foot the law takes to be that of the "
+    text += "shipped one: error in % by the size of a cell in shipped feet, without and with the correction, steps of "
+    text += "0.5 ms.\n\n"
     head = ("tissue", "speed (cm/s)", *(f"{q}, {way}" for q in (0.5, 0.7, 1.0) for way in ("without", "with")))
     text += table(head, tissues())
     save_text("parts.md", text)
