@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from verification.prose import wrapped
+
 from . import machine
 from .ledger import Ledger
 from .section import Effort, Figure, Findings, Plot, Section, Table
@@ -73,7 +75,7 @@ def write(ledger: Ledger, effort: Effort, sections: Mapping[str, Section], folde
     files = []
     for name, text in pages(ledger, effort, sections).items():
         file = folder / name
-        file.write_text(text, encoding="utf-8")
+        file.write_text(wrapped(text) if file.suffix == ".md" else text, encoding="utf-8")
         files.append(file)
     for findings in collected(ledger, effort, sections).values():
         for plot in findings.plots:

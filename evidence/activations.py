@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+from common import wrapped
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -107,7 +108,7 @@ comparable, and no measurements. What does not depend on them: calcium follows t
 takes, bridges follow calcium by seconds, and latched bridges of an artery (0.01/s) hold on from wave to wave: the
 muscle never relaxes, and the pellet is arrested. Muscle that has to relax between slow waves lets go of them faster.
 """
-    (DOCS / "evidence" / "activations.md").write_text(page, encoding="utf-8")
+    (DOCS / "evidence" / "activations.md").write_text(wrapped(page), encoding="utf-8")
 
 
 def draw(traces: Mapping[str, np.ndarray]) -> None:

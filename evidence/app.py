@@ -3,7 +3,7 @@
     python evidence/app.py [--parts processor,first,live,lag,memory] [--runs 30] [--pictures FOLDER]
 
 Needs the extras `app` and `browser` and the system's Chromium. Each part that is measured replaces its figures in
-docs/evidence/app.json, and docs/evidence/app.md is written of them; with --pictures, the page as pictures.
+docs/evidence/app.json, and docs/evidence/app.md is written from them; with --pictures, the page as pictures.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from common import wrapped
 from playwright.sync_api import sync_playwright
 
 PARTS = ("processor", "first", "live", "lag", "memory")
@@ -205,7 +206,7 @@ mean of the minute before, the browser and the server among them. Times of the p
 """
 TAIL = """
 A slider waits for at most 30 ms to be sent, for the piece under way, for the change, and for the next
-piece. What the lag above is longer than their sum is the wait for a core.
+piece. Where the lag above is longer than their sum, the rest is the wait for a core.
 
 The server keeps the frames of four runs a page (5 kB each, fifty a second of simulated time) and no
 more, so its memory stays once these are there. A process that waits for the next run, or still stores
@@ -272,7 +273,7 @@ def main() -> None:
             server.terminate()
     kept = {**(json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}), **found}
     KEPT.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    KEPT.with_suffix(".md").write_text(page_of(kept), encoding="utf-8")
+    KEPT.with_suffix(".md").write_text(wrapped(page_of(kept)), encoding="utf-8")
     print(page_of(found))
 
 

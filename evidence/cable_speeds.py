@@ -10,6 +10,8 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+from common import wrapped
+
 import peristalsis as ps
 from peristalsis.many.cable import cable_wave_speed
 
@@ -53,7 +55,7 @@ Morris and Lecar's cell with its shipped numbers carries no pulse of 120 uA/cm^2
 |---|---|---|---|---|---|
 {chr(10).join(row(cell) for cell in CELLS)}
 """
-    PAGE.write_text(page, encoding="utf-8")
+    PAGE.write_text(wrapped(page), encoding="utf-8")
 
 
 if __name__ == "__main__":

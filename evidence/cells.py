@@ -15,6 +15,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 import cell_twins
 import myokit
+from common import wrapped
 
 from peristalsis.cells import single
 from peristalsis.cells.description import described, start
@@ -167,9 +168,10 @@ def main() -> None:
         "",
         "Written by `evidence/cells.py`. Each cell runs by the kernels of the tissue (`general`, or Plant's",
         "own), and in Myokit's CVODES from equations written by hand in `evidence/cell_twins.py`.",
-        "Differences are the largest of the whole trace, as shares of its range; the doubt of the reference",
-        "is its change at a ten times larger tolerance. The last column is the cost of a node and step in a",
-        "sheet of 2000 nodes without conduction, four stages, one core, as a multiple of Plant's in the same run.",
+        "Differences are the largest of the whole trace, as shares of its range; the uncertainty of the",
+        "reference (doubt) is its change at a ten times larger tolerance. The last column is the cost of a",
+        "node and step in a sheet of 2000 nodes without conduction, four stages, one core, as a multiple",
+        "of Plant's in the same run.",
         "",
         "| cell | range mV | period ms | step ms | difference | order | doubt | cost |",
         "|---|---|---|---|---|---|---|---|",
@@ -195,7 +197,7 @@ def main() -> None:
     axes[-1].set_xlabel("time [s]")
     figure.savefig(PAGES / "cells.png", dpi=90)
     lines += ["", "![Potentials of the five cells by both programs](cells.png)", ""]
-    (PAGES / "cells.md").write_text("\n".join(lines), encoding="utf-8")
+    (PAGES / "cells.md").write_text(wrapped("\n".join(lines)), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import peristalsis as ps
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # for the packages beside it: benchmarks, verification
+from verification.prose import wrapped
+
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "docs" / "evidence"
-
-sys.path.insert(0, str(ROOT))  # for the packages beside the package: benchmarks, verification
 
 
 def run_all(cases: Mapping[str, tuple[str, Mapping[str, object]]]) -> dict[str, ps.Result]:
@@ -39,7 +40,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 def save_text(name: str, text: str) -> None:
     """Write docs/evidence/NAME and show it."""
     FOLDER.mkdir(parents=True, exist_ok=True)
-    (FOLDER / name).write_text(text, encoding="utf-8")
+    (FOLDER / name).write_text(wrapped(text), encoding="utf-8")
     print(text)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from common import wrapped
 from paper_claims import PAGE, cell, rows_of, table, variants
 
 from peristalsis.scoring import sources
@@ -47,7 +48,7 @@ def main() -> None:
     text += table(
         ["claim", "part", "holds", "found"], [[r["claim"], r["part"], r["holds"], r["found"]] for r in grounds]
     )
-    PAGE.with_name("edge.md").write_text(text, encoding="utf-8")
+    PAGE.with_name("edge.md").write_text(wrapped(text), encoding="utf-8")
 
 
 if __name__ == "__main__":

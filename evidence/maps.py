@@ -413,9 +413,9 @@ def main() -> None:
 
 Written by `python evidence/maps.py`. Rings of 4 mm in a tube of 12 mm (70 mmHg over 8 mmHg for the
 pressures) last 3 s at half their depth (6 s); a map has 101 places 1 mm apart, or 14 channels, and
-10 frames a second. Noise is a share of the depth, at each place and time anew. Right is a direction
-that is the true one, a speed within 5 %, an extent within 8 mm of what the places can show, a begin
-within 1 s, and nothing found that is none. Columns: speeds, extents, intervals of the first three.
+10 frames a second. Noise is a share of the depth, at each place and time anew. Right is the true
+direction, a speed within 5 %, an extent within 8 mm of what the places can show, a beginning within
+1 s, and nothing found that is not there. Columns: speeds, extents, intervals of the first three.
 
 {table(heads, rows)}
 Failures: {". ".join(failures) or "none"}. The extent of a

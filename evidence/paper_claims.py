@@ -9,6 +9,8 @@ import csv
 import sys
 from pathlib import Path
 
+from common import wrapped
+
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "paper" / "claims.md"
 READINGS = ("tight", "stretched", "printed", "edge")
 
@@ -149,7 +151,7 @@ def main() -> None:
     if len(sys.argv) > 2:
         other = Path(sys.argv[2])
         text += variants(other) + thresholds(other, "Thresholds under slow waves and at doubled duration")
-    PAGE.write_text(text, encoding="utf-8")
+    PAGE.write_text(wrapped(text), encoding="utf-8")
 
 
 if __name__ == "__main__":

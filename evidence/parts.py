@@ -180,16 +180,18 @@ def main() -> None:
         *("sum of sizes (%)", "from reference (%)", "track, rms (mm)", "cost over before"),
     )
     text = "# Errors of one column, part by part\n\nMade by `python evidence/parts.py`. Each part is the change of "
-    text += f"transit from where that one is {REFINED} times finer (the wall step at the finer conduction step, of "
-    text += f"which both are whole multiples); the reference ({REFERENCE.name()}, finer ways) takes {limit:.5f} s. "
+    text += f"transit from a run in which that one is {REFINED} times finer (the wall step at the finer conduction "
+    text += f"step, of which both are whole multiples); the reference ({REFERENCE.name()}, finer ways) takes "
+    text += f"{limit:.5f} s. "
     text += "Before is `tissue.front_correction = none`, `grid.exchange = averages`, `trigger.timing = step`; the "
     text += "finer ways, which are shipped, are `measured`, `reconstructed` and `within`, Eqs. (85)–(88), (100). Cost: "
     text += f"processor time of the solver, median of {ROUNDS} runs in turns.\n\n" + table(head, rows)
     text += "\nOne of the two without the other, at the shipped grids and steps:\n\n"
     without = [(name, transit(n), 100.0 * (transit(n) / limit - 1.0)) for name, n in WITHOUT.items()]
     text += table(("with", "transit (s)", "from reference (%)"), without)
-    text += "\nSpeed of a front in tissue with other conductances, whose foot the law takes for that of the shipped "
-    text += "one: error in % at cells of so many shipped feet, without and with the correction, steps of 0.5 ms.\n\n"
+    text += "\nSpeed of a front in tissue with other conductances, whose foot the law takes to be that of the "
+    text += "shipped one: error in % by the size of a cell in shipped feet, without and with the correction, steps of "
+    text += "0.5 ms.\n\n"
     head = ("tissue", "speed (cm/s)", *(f"{q}, {way}" for q in (0.5, 0.7, 1.0) for way in ("without", "with")))
     text += table(head, tissues())
     save_text("parts.md", text)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from common import ROOT, table
+from common import ROOT, table, wrapped
 
 from peristalsis import scenarios
 from peristalsis.inputs.config import Configuration
@@ -222,7 +222,7 @@ def main() -> None:
         draw(of, regimes, transits)
         again += checked(of, regimes, folder, workers)
     head = ("map", "force", "value", "regime", "on doubled grids", "transit there (s)")
-    (PAGES / "maps.md").write_text(PAGE + table(head, again), encoding="utf-8")
+    (PAGES / "maps.md").write_text(wrapped(PAGE + table(head, again)), encoding="utf-8")
     print(table(head, again))
 
 

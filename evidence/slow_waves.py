@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import matplotlib
+from common import wrapped
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -70,7 +71,7 @@ of interstitial cells drives both layers of gastric muscle ([cells](../cells.md)
 The speed is that of the lag with which the cells begin (1 s/cm, 10 mm/s) and of the gradient of their period; the gaps
 within the network hold neighbours together. Force and threshold of the muscle are chosen, not measured.
 """
-    (DOCS / "evidence" / "slow_waves.md").write_text(page, encoding="utf-8")
+    (DOCS / "evidence" / "slow_waves.md").write_text(wrapped(page), encoding="utf-8")
 
 
 def draw(result: ps.Result) -> None:

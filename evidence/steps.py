@@ -2,7 +2,7 @@
 
 Writes docs/evidence/steps.md; about half an hour on one core. Each run is made with the shipped fixed steps, with steps
 by error, and with fixed steps of a quarter of the longest, which the two are compared with. The last table is the
-scenario that hangs on few instants, at four tolerances, against steps of 0.5 ms.
+scenario that depends on a few instants, at four tolerances, against steps of 0.5 ms.
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ of 2 ms, a quarter of the longest, conduction in steps of 0.25 ms. Errors are di
 {worst:.2g} %: the lag of the wall behind its muscle ([0033](../decisions/0033-steps-by-error.md)).
 
 {table(head, rows)}
-## A run that hangs on few instants
+## A run that depends on a few instants
 
 `{HANGING}`: the contraction slips over the pellet between 1.3 and 1.6 s, and once more later. Fixed
 steps of 8 ms end it elsewhere (with the numerics before (85)-(88), those of 5 ms too); steps by error

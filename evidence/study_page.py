@@ -59,14 +59,14 @@ def wrapped(text: str) -> str:
 HEAD = """# Studies, carried out
 
 Written by `python evidence/studies.py` from what the commands of [studies](../studies.md) measured. Other work ran
-on the same two cores at the time: seconds by the clock depend on it, seconds of processor hardly. A research model, not
-medical advice.
+on the same two cores at the time: seconds on the clock depend on it, those of processor time hardly. A research model,
+not medical advice.
 """
 
 
 def cost(one: Mapping[str, Any]) -> str:
     """What a command took."""
-    return f"{one['clock']:.0f} s by the clock, {one['processor']:.0f} s of processor"
+    return f"{one['clock']:.0f} s on the clock, {one['processor']:.0f} s of processor time"
 
 
 def bands(rows: Sequence[Mapping[str, str]], output: str) -> str:
@@ -317,8 +317,8 @@ def workers(made: Made) -> str:
     return (
         "## Workers\n\n"
         f"A study of {RUNS} runs (Sobol', three parameters, 80 cells, 60 elements, 10 ms, 3 s: {each:.2f} s of "
-        f"processor a run), nothing kept before; every clock is listed, of at most {REPEATS} in turn. All tables are "
-        f"{same}. Processor time is that of all processes together, the least of its column; memory is the largest "
+        f"processor time a run), nothing kept before; every clock is listed, of at most {REPEATS} in turn. All tables "
+        f"are {same}. Processor time is that of all processes together, the least of its column; memory is the largest "
         "resident set of each process.\n\n" + table(head, rows)
     )
 

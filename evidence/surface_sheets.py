@@ -216,8 +216,8 @@ Made by `python evidence/surface_sheets.py`.
 
 The longitudinal layer of a tube {LENGTH:g} cm long on a wall that is held at stretches of 1, driven over 60 degrees and
 5 mm at the oral end as in `point_pacemaker`, for {SECONDS:g} s. Speeds and times of activation against the bidomain on
-{REFERENCE[0]} × {REFERENCE[1]} cells with steps of {REFERENCE[2]} ms, corrected, which there changes little: the first
-row is without. *Corrected*: `tissue.front_correction = measured`; *pseudo*: `tissue.bidomain = pseudo`; *to 1e-4*:
+{REFERENCE[0]} × {REFERENCE[1]} cells with steps of {REFERENCE[2]} ms, corrected, which changes little there (the first
+row is without it). *Corrected*: `tissue.front_correction = measured`; *pseudo*: `tissue.bidomain = pseudo`; *to 1e-4*:
 `solver.elliptic_tolerance`. *Not reached*: of what the reference has active by nine tenths of the run.
 
 {table(HEAD, rows)}

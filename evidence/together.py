@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from common import ROOT, table
+from common import ROOT, table, wrapped
 from paper_claims import rows_of
 
 from peristalsis.scoring import sources
@@ -40,7 +40,7 @@ NOWHERE = """
 ## Claims that hold nowhere
 
 The parts at which they fail, and the point that comes nearest. The margin is the share of the bound by which the number
-lies on the right side, so that minus is what is missing; *does not* where no number decides, as where nothing arrives.
+lies on the right side; a negative one is what is missing. *does not* where no number decides, as where nothing arrives.
 
 """
 
@@ -85,7 +85,7 @@ def main() -> None:
             if row["claim"] not in somewhere
         ],
     )
-    PAGE.write_text(text, encoding="utf-8")
+    PAGE.write_text(wrapped(text), encoding="utf-8")
     (PAGE.parent / "candidates.csv").write_bytes((folder / "candidates.csv").read_bytes())
 
 

@@ -48,9 +48,9 @@ SEARCHED = ("doubled", "slow-waves")
 WORDS = """
 Doubled duration moves no threshold. Slow waves catch a pellet that was left behind: every width that was tried arrives,
 and only dry friction above some 1.6 N stops it. Friction against the moving wall, the consistent tensions, the printed
-density (as inertia) and the reflex shift every transit and turn no failing claim round; the trigger as printed (total
-tension) fires everywhere at once, makes every transit more than twice as long, and stops the pellet in the wider tube
-(claim 21).
+density (as inertia) and the reflex shift every transit and turn no failing claim into one that holds; the trigger as
+printed (total tension) fires everywhere at once, makes every transit more than twice as long, and stops the pellet in
+the wider tube (claim 21).
 """
 """What was seen when this was made; the tables say whether it still is."""
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from common import ROOT, table
+from common import ROOT, table, wrapped
 
 from peristalsis import scenarios
 from peristalsis.scoring import sources
@@ -100,7 +100,7 @@ def main() -> None:
 
     rows = [[name, *(cell(name, factor) for factor in FACTORS)] for name in MOVED]
     head = ("moved", *(f"{100.0 * (factor - 1.0):+.0f} %" for factor in FACTORS))
-    PAGE.write_text(HEAD.format(count=len(claims), centre=len(centre)) + table(head, rows), encoding="utf-8")
+    PAGE.write_text(wrapped(HEAD.format(count=len(claims), centre=len(centre)) + table(head, rows)), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,8 @@ import sys
 import time
 from pathlib import Path
 
+from verification.prose import wrapped
+
 from .plan import COUNT, QUICK_COUNT, SEED, Case, cases, groups
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "evidence" / "robust.md"
@@ -100,7 +102,7 @@ def _run(asked: argparse.Namespace, plan: list[Case]) -> int:
     text = page(rows, len(plan), changed, halving.table(study, row_of) if study else "")
     target = asked.page or (PAGE if asked.keep else Path("out", "robustness", "robust.md"))
     target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_text(text, encoding="utf-8")
+    target.write_text(wrapped(text), encoding="utf-8")
     if asked.keep:
         write_last(rows)
     bad = sum(1 for row in rows if complaints(row))

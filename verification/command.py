@@ -57,7 +57,7 @@ def verify(
         typer.Option("--out", metavar="DIR", help=f"Folder of the pages; {OUT} unless given, none for named problems."),
     ] = None,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
+        bool, typer.Option("--json", help="Print exactly one JSON object on stdout, even when something is wrong.")
     ] = False,
 ) -> Job:
     """Run exact problems with known answers and say which hold.

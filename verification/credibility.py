@@ -45,9 +45,9 @@ def page(findings: Sequence[Finding], tier: str) -> str:
         f"## Calibrated\n\n{_tagged('calibrated')}",
         f"## Chosen\n\n{_tagged('chosen')}\n\nBy reading: {_readings()}.",
         f"## Corrected\n\n{_tagged('corrected')}",
-        "## Validated\n\nAgainst no measurement. The one number that paper and model share by construction, the "
-        "4.2 cm/s of the wave, is calibrated; the claims of the paper are another model's outcomes, and how they were "
-        "scored is in [claims](../paper/claims.md).",
+        "## Validated\n\nAgainst no measurement in the paper's segment. The one number that paper and model share by "
+        "construction, the 4.2 cm/s of the wave, is calibrated; the claims of the paper are another model's outcomes, "
+        "and how they were scored is in [claims](../paper/claims.md).",
         "## Not validated\n\n" + "\n".join(f"- {one['what']}" for one in words["unvalidated"]),
         "What the model leaves out: [limits](../limits.md).",
     ]

@@ -323,7 +323,7 @@ def repeated() -> Outcome:
     return judged(
         "after 1200 s of rest the second pass is the first; after 2 s it is not",
         [
-            error("potential at the begin [mV]", float(np.abs(potentials[1] - potentials[0]).max()), 1e-3),
+            error("potential at the beginning [mV]", float(np.abs(potentials[1] - potentials[0]).max()), 1e-3),
             error("transit, relative", transits[1] / transits[0] - 1.0, 2e-3),
             error("speed in the middle, relative", late[1].speed / late[0].speed - 1.0, 3e-3),
             Check("transit at once over that of the first", transits[2] / transits[0], 1.05),

@@ -15,6 +15,7 @@ from peristalsis.errors import PeristalsisError
 from peristalsis.results.result import json_ready
 
 from .problem import Outcome, Problem, Verdict
+from .prose import wrapped
 from .registry import TITLES
 
 COLUMNS = ("id", "problem", "source", "expected", "observed", "order", "verdict")
@@ -102,7 +103,7 @@ def write(findings: Sequence[Finding], folder: Path, tier: str, more: Mapping[st
     files = []
     for name, text in {**pages(findings, tier), **(more or {})}.items():
         file = folder / name
-        file.write_text(text, encoding="utf-8")
+        file.write_text(wrapped(text) if file.suffix == ".md" else text, encoding="utf-8")
         files.append(file)
     return files
 

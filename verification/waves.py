@@ -241,8 +241,8 @@ def end_layer() -> Outcome:
     return judged(
         "ℓ² = (W₁/λ₁)/(A − B²/W₁₁)",
         checks,
-        "At the shipped element of 0.0125 cm the passive end layer of `tight` (0.014 cm) is not resolved, which the "
-        "preflight does not warn of: it judges elements by the wave's foot.",
+        "At the shipped element of 0.0154 cm the passive end layer of `tight` (0.014 cm) is about one element long; "
+        "the preflight warns where elements are longer than 1.3 end layers.",
     )
 
 

@@ -165,8 +165,8 @@ SECTION = Section(
     about=(
         "Myokit's one-dimensional simulation of the same cell (an independent simulator that compiles its models to "
         "C), and the explicit wall that the paper describes, with errors against processor time in one run. The wall "
-        "has its printed mass of 26.14 g/cm² here, with which an explicit step is a thousandth as dear as with the "
-        "mass that is read."
+        "has its printed mass of 26.14 g/cm² here, with which an explicit step costs a thousandth of what it costs "
+        "with the mass that is read."
     ),
     run=run,
     place=55,

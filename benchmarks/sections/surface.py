@@ -91,7 +91,7 @@ SECTION = Section(
     name="surface",
     title="The whole surface",
     about=(
-        "Stretches of runs on the whole surface from their start, as long as a box of processor time allows: "
+        "Stretches of runs on the whole surface from their start, as long as a budget of processor time allows: "
         "conduction, wall, what the nerves see, and the rest."
     ),
     run=run,

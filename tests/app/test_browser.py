@@ -108,7 +108,7 @@ def test_a_lesson(visit: Callable[..., Visit]) -> None:
     page.click("#lesson-run")
     own.until("document.getElementById('lesson-answer').textContent.includes('predicted')", seconds=240)
     assert "Only with receptors" in page.inner_text("#lesson-answer")
-    assert page.inner_text("#lesson-answer").startswith("Otherwise than predicted")
+    assert page.inner_text("#lesson-answer").startswith("Not as you predicted")
 
 
 def test_by_the_keyboard_alone(visit: Callable[..., Visit]) -> None:

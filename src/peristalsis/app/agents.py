@@ -68,7 +68,7 @@ def offered() -> Mapping[str, Offered]:
     for one in known.interventions.values():
         low, high = one.range
         words = " and ".join(labels.get(key, key) for key in one.parameters)
-        help = f"Multiplies {words}; a {one.tag} number, from {low:g} to {high:g}."
+        help = f"Multiplies {words}; a {one.tag} factor, from {low:g} to {high:g}."
         found[one.name] = Offered(one.name, "", low, high, one.factor, 0.05, help)
     return found
 

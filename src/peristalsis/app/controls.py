@@ -108,7 +108,7 @@ CONTROLS = (
             200.0,
             5.0,
             scale=100.0,
-            help="Of the force of healthy muscle.",
+            help="As a share of the force of healthy muscle.",
         )
         for layer in LAYERS
     ),
@@ -123,7 +123,7 @@ CONTROLS = (
             200.0,
             5.0,
             share=True,
-            help="Conductance in both layers, of what the scenario has: what drugs block or open.",
+            help="Conductance in both layers, as a share of the scenario's: what drugs block or open.",
         )
         for name, text in CHANNELS.items()
     ),

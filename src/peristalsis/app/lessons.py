@@ -125,7 +125,7 @@ LESSONS = (
     Lesson(
         "friction",
         "What friction does",
-        "The viscous friction of the pellet is doubled. What becomes of its transit time?",
+        "The viscous friction of the pellet is doubled. What happens to its transit time?",
         "Compare both tracks: how far does the ring get ahead of the slow pellet?",
         (
             Setting("230 mN·s/cm", {"values": {"viscous_friction": 230}}),
@@ -144,7 +144,7 @@ LESSONS = (
     Lesson(
         "pressure",
         "Pressure in the lumen",
-        "The pressure in the lumen is raised from 0.1 to 1 kPa. How does the pellet travel?",
+        "The pressure in the lumen is raised from 0.1 to 1 kPa. Does the pellet travel faster or slower?",
         "Look at the force budget: which force is larger by far, and which way does pressure act?",
         (
             Setting("0.1 kPa", {"values": {"pressure": 0.1}}),
@@ -158,7 +158,7 @@ LESSONS = (
     Lesson(
         "channels",
         "Channels and drugs",
-        "Drugs block calcium channels. Half of the fast or half of the slow ones: which slows the pellet more?",
+        "Drugs block calcium channels: half of the fast ones, or half of the slow ones. Which slows the pellet more?",
         "Compare the currents: which of the two is larger when the wave passes?",
         (
             Setting("Half of the fast channels", {"values": {"fast_calcium": 50}}),
@@ -192,7 +192,7 @@ LESSONS = (
     Lesson(
         "wide",
         "Wide and narrow",
-        "The same pellet of 1.8 cm in a tube of 1.2 cm and in one of 2.2 cm: which one carries it to the end?",
+        "The same pellet of 1.8 cm in a tube of 1.2 cm and in one of 2.2 cm: which tube carries it to the end?",
         "Look for the contact: where does the wall touch the pellet, drawn as a thick line?",
         (
             Setting("Tube of 1.2 cm", {"values": {"tube_diameter": 1.2}}),

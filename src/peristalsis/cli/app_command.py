@@ -19,7 +19,7 @@ def app_(
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser; the address is printed.")] = False,
     runs: Annotated[int, typer.Option("--runs", metavar="N", help="Runs that compute at a time, 1 to 16.")] = 2,
     wait: Annotated[
-        float, typer.Option("--wait", metavar="S", help="Seconds after which the runs of a page that has gone end.")
+        float, typer.Option("--wait", metavar="S", help="Seconds after which the runs of a closed page end.")
     ] = 30.0,
     host: Annotated[
         str,
@@ -28,8 +28,8 @@ def app_(
 ) -> Job:
     """Open the app in the browser: a wave squeezes a pellet while it is computed, and sliders move on the way.
 
-    Needs the extra `app`. It listens on this machine alone, and the address that it prints holds a key: nobody opens
-    the page without it. Ctrl-C ends the server and its runs.
+    Needs the extra `app`. It listens on this machine alone, and the address that it prints holds a key, without
+    which nobody can open the page. Ctrl-C ends the server and its runs.
     """
     return Job(lambda screen: _serve(port, not no_browser, runs, wait, host, screen))
 

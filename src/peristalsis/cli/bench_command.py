@@ -51,7 +51,7 @@ def bench(
         ),
     ] = False,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
+        bool, typer.Option("--json", help="Print exactly one JSON object on stdout, even when something is wrong.")
     ] = False,
 ) -> Job:
     """Run the assays of an isolated colon and score what was measured there.

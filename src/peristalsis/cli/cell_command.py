@@ -30,7 +30,7 @@ EXAMPLES = {
 }
 
 Json = Annotated[
-    bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
+    bool, typer.Option("--json", help="Print exactly one JSON object on stdout, even when something is wrong.")
 ]
 Cell = Annotated[
     str, typer.Argument(metavar="NAME|FILE", help="A shipped cell, a description, or a file of another program.")
@@ -126,7 +126,7 @@ def export(
     ] = None,
     as_json: Json = False,
 ) -> Job:
-    """Write a cell of ours as CellML 2 (by Myokit) or as .mmt (which needs nothing)."""
+    """Write a shipped cell or a description as CellML 2 (by Myokit) or as .mmt (which needs nothing)."""
     target = located(f"{Path(cell).stem}.cellml" if out is None else out)
     return Job(lambda screen: _export(cell, target, screen))
 

@@ -95,8 +95,9 @@ def run_(
     """Run a scenario, store its result, draw its pictures.
 
     The folder holds result.nc (every output with its unit), summary.json, config.toml and pictures. It
-    appears complete or not at all. A run that diverges or is interrupted stores its history up to there. Checkpoints
-    are written on the way: after a kill or a crash, --resume goes on from the last one; the result is bit-identical.
+    appears complete or not at all. A run that diverges or is interrupted stores its history up to that point.
+    Checkpoints are written on the way: after a kill or a crash, --resume goes on from the last one; the result is
+    bit-identical.
     """
     from .running import Order, run
 
@@ -393,7 +394,7 @@ for command, declared in STUDIES.items():
 
 @app.command("version", epilog=epilog("version"))
 def version_(as_json: Json = False) -> Job:
-    """Show versions: this package, and what it rests on."""
+    """Show versions: of this package, and of what it is built on."""
     from .showing import version
 
     return Job(version)

@@ -59,14 +59,15 @@ def map_(
         str | None, typer.Option("--time", metavar="right|down", help="Which way time runs in a picture.")
     ] = None,
     resample: Annotated[
-        str | None, typer.Option("--resample", metavar="T", help="Bring to even times this far apart, such as '0.1 s'.")
+        str | None, typer.Option("--resample", metavar="T", help="Resample to times this far apart, such as '0.1 s'.")
     ] = None,
     despike: Annotated[
-        str | None, typer.Option("--despike", metavar="T", help="Take out spikes from the running median of '1 s'.")
+        str | None,
+        typer.Option("--despike", metavar="T", help="Take out spikes far from the running median of T, such as '1 s'."),
     ] = None,
     level: Annotated[
         str | None,
-        typer.Option("--level", metavar="T", help="Take out drift slower than the running median of '60 s'."),
+        typer.Option("--level", metavar="T", help="Take out the running median of T, such as '60 s': slow drift."),
     ] = None,
     threshold: Annotated[
         str | None,
@@ -86,7 +87,7 @@ def map_(
     ] = None,
     align: Annotated[
         str | None,
-        typer.Option("--align", metavar="T", help="Of two maps: their difference, the second moved by up to T."),
+        typer.Option("--align", metavar="T", help="Show the difference of two maps, the second moved by up to T."),
     ] = None,
     course: Annotated[
         str | None,
@@ -110,7 +111,7 @@ def map_(
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")] = False,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
+        bool, typer.Option("--json", help="Print exactly one JSON object on stdout, even when something is wrong.")
     ] = False,
 ) -> Job:
     """Read a map of diameter or pressure over place and time, draw it, find its contractions.

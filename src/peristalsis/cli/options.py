@@ -27,7 +27,7 @@ Config = Annotated[
 ]
 Json = Annotated[
     bool,
-    typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong."),
+    typer.Option("--json", help="Print exactly one JSON object on stdout, even when something is wrong."),
 ]
 Folder = Annotated[str, typer.Argument(metavar="FOLDER", help="Folder of a stored run, such as out/baseline.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]

@@ -102,7 +102,7 @@ def paper(
         ),
     ] = False,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print exactly one JSON object on stdout, also when something is wrong.")
+        bool, typer.Option("--json", help="Print exactly one JSON object on stdout, even when something is wrong.")
     ] = False,
 ) -> Job:
     """Run every experiment of the paper and score its claims.

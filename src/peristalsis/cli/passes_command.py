@@ -28,7 +28,7 @@ def passes_(
     name: MaybeName = None,
     count: Annotated[int, typer.Option("--count", metavar="N", help="Passes.")] = 3,
     rest: Annotated[
-        str, typer.Option("--rest", metavar="T", help="From the end of a pass to the begin of the next.")
+        str, typer.Option("--rest", metavar="T", help="From the end of a pass to the beginning of the next.")
     ] = "60 s",
     reading: Reading = None,
     settings: Settings = None,

@@ -149,7 +149,7 @@ def sensitivity(
     """Rank parameters by what they do to each output.
 
     Sobol' indices with bands, elementary effects (Morris), or PAWN, which is defined where pellets stall too. The cost
-    is said before. DIR/indices.csv has every index with its band and the rank.
+    is stated beforehand. DIR/indices.csv has every index with its band and the rank.
     """
     from .studying import sensitivity as carry_out
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 MIDDLE = 3.0 / 14.0
 """Half of the stretch in the middle of the segment over which speed is taken, as a share of it: 1.5 of 7 cm."""
 MOVING = 0.01
-"""Speed of the wall at the begin of a pass from which it is said that it still moves [cm/s]."""
+"""Speed of the wall at the beginning of a pass from which it is said that it still moves [cm/s]."""
 MOST = 1000
 """Passes of one series."""
 
@@ -36,9 +36,9 @@ MOST = 1000
 class Pass:
     """One pass: when it began, and what came of it.
 
-    begins: since the begin of the first [s]. speed: mean over the middle 3/7 of the segment [cm/s]. drive: the largest
-    drive of either layer as it began [mV]; narrowest: the least radius of the wall then [cm]. result: its run, at whose
-    time 0 it began.
+    begins: since the beginning of the first [s]. speed: mean over the middle 3/7 of the segment [cm/s]. drive: the
+    largest drive of either layer as it began [mV]; narrowest: the least radius of the wall then [cm]. result: its run,
+    at whose time 0 it began.
     """
 
     number: int
@@ -66,7 +66,7 @@ class Pass:
 
 @dataclass(frozen=True)
 class Passes:
-    """A series of passes; rest: between the end of each and the begin of the next [s]."""
+    """A series of passes; rest: between the end of each and the beginning of the next [s]."""
 
     rest: float
     passes: tuple[Pass, ...]

@@ -59,6 +59,6 @@ export class Lessons {
     if (!this.lesson || this.lesson.name !== lesson) return;
     const found = this.lesson.choices.find(({ key }) => key === answer);
     if (!found) this.say("The runs show none of these. ", "Were controls moved on the way? Run the lesson again.");
-    else this.say(answer === this.guess ? `As you predicted: ${found.text}.` : `Otherwise than predicted: ${found.text}.`, `${seen} ${because}`);
+    else this.say(answer === this.guess ? `As you predicted: ${found.text}.` : `Not as you predicted: ${found.text}.`, `${seen} ${because}`);
   }
 }
