@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..section import Bench, Figure, Findings, Section
 
-EVIDENCE = Path(__file__).resolve().parents[4] / "docs" / "evidence" / "explicit.md"
+EVIDENCE = Path(__file__).resolve().parents[2] / "docs" / "evidence" / "explicit.md"
 HEADING = "At the error of the default"
 LINK = (
     "Quoted from [docs/evidence/explicit.md](../evidence/explicit.md), where schemes, grids and errors are explained."

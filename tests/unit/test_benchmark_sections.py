@@ -586,6 +586,10 @@ def test_error_of_the_tables(monkeypatch: pytest.MonkeyPatch, ended: bool) -> No
 # --- the explicit scheme --------------------------------------------------------------------------------
 
 
+def test_a_checkout_has_the_evidence() -> None:
+    assert explicit.run(Told(lambda name: None)).figures
+
+
 def test_installation_without_the_evidence_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(explicit, "EVIDENCE", tmp_path / "explicit.md")
     assert "not part of this installation" in explicit.run(Told(lambda name: None)).notes[0]
