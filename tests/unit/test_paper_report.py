@@ -31,6 +31,7 @@ from peristalsis.many.threshold import Point, Threshold
 from peristalsis.plots import style
 from peristalsis.scoring import measure as measures
 from peristalsis.scoring import sources, tables
+from peristalsis.scoring.drawing import COLOURS
 from peristalsis.scoring.measure import FIELDS
 from peristalsis.scoring.outcome import Condition, Outcome
 from peristalsis.scoring.paper import tables as own_tables
@@ -325,6 +326,23 @@ def test_conditions_that_lack_runs_leave_gaps_and_no_error() -> None:
     for name in ("fig1", "abstract"):
         assert by_name[name]([full]).axes
         assert not any(axes.has_data() for axes in by_name[name]([bare]).axes)
+
+
+def test_more_conditions_than_colours_are_drawn_and_told_apart() -> None:
+    """A reading with every variant is nine conditions, and there are eight colours."""
+    count = len(COLOURS) + 2
+    many = [replace(outcome(), condition=Condition("edge", {}, f"edge, {number}")) for number in range(count)]
+    empty = [Outcome(one.condition, {}, {}, {}) for one in many]
+    for picture in FIGURES:
+        if picture.drawable(many):
+            figure = picture.draw(many)
+            figure.draw_without_rendering()
+            assert max(figure.get_size_inches()) < 30.0, picture.name
+    channels = next(one for one in FIGURES if one.number == "5").draw(many)
+    lines = channels.axes[3].get_lines()
+    assert len({(line.get_color(), line.get_linestyle()) for line in lines}) == len(lines) == count
+    for picture in sources.get("bench").pictures:
+        picture.draw(empty).draw_without_rendering()
 
 
 def test_sensitivity_without_velocities_failed() -> None:

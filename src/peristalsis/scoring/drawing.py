@@ -30,6 +30,18 @@ COLOURS = (
     style.GREY,
 )
 LINES = ("-", "--", "-.", ":")
+ABREAST = 4
+"""So many panels stand beside one another; more follow below."""
+
+
+def colour(number: int) -> str:
+    """Of a condition by its place; the colours come again after the last."""
+    return COLOURS[number % len(COLOURS)]
+
+
+def curve(number: int, label: str) -> dict[str, str]:
+    """How the line of a condition is drawn, by its place: conditions of one colour differ in their dashes."""
+    return {"color": colour(number), "linestyle": LINES[number // len(COLOURS) % len(LINES)], "label": label}
 
 
 def canvas(width: float, height: float, title: str) -> Canvas:
@@ -61,7 +73,7 @@ def tracks(axes: Axes, outcome: Outcome, runs: Mapping[str, str]) -> None:
         axes.plot(
             record.arrays["time_step"],
             record.arrays["pellet_position"],
-            color=COLOURS[number % len(COLOURS)],
+            color=colour(number),
             linestyle=LINES[number % len(LINES)],
             label=f"{label}: {ending(record)}",
         )
@@ -78,17 +90,22 @@ def tracks(axes: Axes, outcome: Outcome, runs: Mapping[str, str]) -> None:
 
 def tracks_figure(title: str, runs: Mapping[str, str]) -> Callable[[Sequence[Outcome]], Canvas]:
     def draw(outcomes: Sequence[Outcome]) -> Canvas:
-        figure = canvas(max(7.4, 4.6 * len(outcomes)), 4.2, title)
-        for axes, outcome in zip(row(figure, len(outcomes)), outcomes, strict=True):
+        figure, panels = beside(len(outcomes), 4.6, 4.2, title)
+        for axes, outcome in zip(panels, outcomes, strict=True):
             tracks(axes, outcome, runs)
         return figure
 
     return draw
 
 
-def row(figure: Canvas, count: int) -> list[Axes]:
-    panels = figure.subplots(1, count, squeeze=False)
-    return list(panels[0])
+def beside(count: int, width: float, height: float, title: str) -> tuple[Canvas, list[Axes]]:
+    """A canvas with a panel for each of so many conditions, in rows of ABREAST. width, height: of one, in inches."""
+    columns, rows = min(count, ABREAST), -(-count // ABREAST)
+    figure = canvas(max(7.4, width * columns), height * rows, title)
+    panels: list[Axes] = list(figure.subplots(rows, columns, squeeze=False).ravel())
+    for axes in panels[count:]:
+        axes.set_axis_off()
+    return figure, panels[:count]
 
 
 def thresholds_figure(searches: Mapping[str, Search]) -> Callable[[Sequence[Outcome]], Canvas]:
@@ -111,9 +128,9 @@ def thresholds_figure(searches: Mapping[str, Search]) -> Callable[[Sequence[Outc
                     speed = record.summary.get("mean_velocity_cm_s") if record is not None else None
                     speeds.append(np.nan if speed is None else speed)
                 values = [point.value for point in found.points]
-                axes.plot(values, speeds, "o-", color=COLOURS[index], label=outcome.condition.title, markersize=4)
+                axes.plot(values, speeds, marker="o", markersize=4, **curve(index, outcome.condition.title))
                 if found.low is not None and found.high is not None:
-                    axes.axvspan(found.low, found.high, color=COLOURS[index], alpha=0.25)
+                    axes.axvspan(found.low, found.high, color=colour(index), alpha=0.25)
             if search.key != "ratio":
                 axes.set_xscale("log")
             unit = "" if search.unit == "1" else f" ({search.unit})"

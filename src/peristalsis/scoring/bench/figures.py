@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...plots import style
-from ..drawing import COLOURS, canvas, row, usable
+from ..drawing import beside, canvas, colour, curve, usable
 from ..outcome import Outcome
 from ..source import Picture
 from .claims import STALLED
@@ -34,13 +34,13 @@ def _points(outcome: Outcome, runs: Sequence[str], at: str | None, metric: str, 
 
 
 def _curve(
-    title: str, across: str, up: str, draw: Callable[[Axes, Outcome, str], None]
+    title: str, across: str, up: str, draw: Callable[[Axes, Outcome, int], None]
 ) -> Callable[[Sequence[Outcome]], Canvas]:
     def made(outcomes: Sequence[Outcome]) -> Canvas:
         figure = canvas(*WIDE, title)
         axes: Axes = figure.subplots()
         for index, outcome in enumerate(outcomes):
-            draw(axes, outcome, COLOURS[index % len(COLOURS)])
+            draw(axes, outcome, index)
         axes.set_xlabel(across)
         axes.set_ylabel(up)
         axes.set_ylim(bottom=0.0)
@@ -55,24 +55,24 @@ def _sizes(held: bool) -> list[str]:
     return [*(diameter_run(ratio, held) for ratio in (*BELOW, *ABOVE)), HELD if held else CONTROL]
 
 
-def _speed_by_diameter(axes: Axes, outcome: Outcome, colour: str) -> None:
-    axes.plot(*_points(outcome, _sizes(False), "ratio", SPEED), "o-", color=colour, label=outcome.condition.title)
+def _speed_by_diameter(axes: Axes, outcome: Outcome, number: int) -> None:
+    axes.plot(*_points(outcome, _sizes(False), "ratio", SPEED), marker="o", **curve(number, outcome.condition.title))
     control = outcome.measured.get(CONTROL, {})
-    if control.get(SPEED) and colour == COLOURS[0]:
+    if control.get(SPEED) and number == 0:
         natural, speed = float(control["ratio"]), float(control[SPEED])
         axes.axvline(natural, color="0.6", linestyle=":")
         axes.fill_between((natural, ABOVE[-1]), 0.85 * speed, 1.15 * speed, color="0.85", label="asked above it")
 
 
-def _force_by_diameter(axes: Axes, outcome: Outcome, colour: str) -> None:
+def _force_by_diameter(axes: Axes, outcome: Outcome, number: int) -> None:
     force = _points(outcome, _sizes(True), "ratio", "isometric_force_mN")
-    axes.plot(*force, "o-", color=colour, label=outcome.condition.title)
+    axes.plot(*force, marker="o", **curve(number, outcome.condition.title))
 
 
-def _speed_by_load(axes: Axes, outcome: Outcome, colour: str) -> None:
+def _speed_by_load(axes: Axes, outcome: Outcome, number: int) -> None:
     runs = [CONTROL, *(load_run(weight) for weight in LOADS)]
-    axes.plot(*_points(outcome, runs, None, SPEED, (0, *LOADS)), "o-", color=colour, label=outcome.condition.title)
-    if colour == COLOURS[0]:
+    axes.plot(*_points(outcome, runs, None, SPEED, (0, *LOADS)), marker="o", **curve(number, outcome.condition.title))
+    if number == 0:
         axes.axhline(STALLED, color="0.6", linestyle=":", label="stalled below")
 
 
@@ -84,7 +84,7 @@ def _isometric(outcomes: Sequence[Outcome]) -> Canvas:
         record = usable(outcome, run)
         if record is not None:
             arrays = record.arrays
-            axes.plot(arrays["time_step"], arrays["axial_force"], color=COLOURS[number], label=label)
+            axes.plot(arrays["time_step"], arrays["axial_force"], color=colour(number), label=label)
     axes.axhline(0.0, color=style.GREY, linewidth=0.6)
     axes.set_xlabel("time (s)")
     axes.set_ylabel("axial force (mN)")
@@ -95,8 +95,8 @@ def _isometric(outcomes: Sequence[Outcome]) -> Canvas:
 
 def _maps(outcomes: Sequence[Outcome]) -> Canvas:
     """Inner diameter over place and time as a camera above the bench sees it, oral end at the top."""
-    figure = canvas(max(7.4, 5.4 * len(outcomes)), 4.4, "Diameter map of the control")
-    for axes, outcome in zip(row(figure, len(outcomes)), outcomes, strict=True):
+    figure, panels = beside(len(outcomes), 5.4, 4.4, "Diameter map of the control")
+    for axes, outcome in zip(panels, outcomes, strict=True):
         record = usable(outcome, CONTROL)
         axes.set_title(outcome.condition.title, fontsize=9)
         if record is None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...many.rows import Row
 from ...plots import style
-from ..drawing import COLOURS, canvas, ending, thresholds_figure, tracks, tracks_figure, usable
+from ..drawing import canvas, curve, ending, thresholds_figure, tracks, tracks_figure, usable
 from ..outcome import Outcome
 from ..source import Picture
 from .flowchart import draw_flowchart
@@ -97,7 +97,7 @@ def _channels(outcomes: Sequence[Outcome]) -> Canvas:
                 transit = record.summary.get("transit_s") if record is not None else None
                 factors.append(factor)
                 transits.append(np.nan if transit is None else transit)
-            axes.plot(factors, transits, "o-", color=COLOURS[index], label=every.condition.title, markersize=4)
+            axes.plot(factors, transits, marker="o", markersize=4, **curve(index, every.condition.title))
         axes.set_xscale("log", base=2)
         axes.set_xlabel("conductance over the norm (1)")
         axes.set_ylabel("transit (s); none: not expelled")
@@ -170,7 +170,7 @@ def _phases(outcomes: Sequence[Outcome]) -> Canvas:
         delays = [delay for delay, _ in found]
         for axes, key in ((above, "transit_s"), (below, "mixing")):
             values = [np.nan if numbers.get(key) is None else numbers[key] for _, numbers in found]
-            axes.plot(delays, values, "o-", color=COLOURS[index], label=outcome.condition.title, markersize=4)
+            axes.plot(delays, values, marker="o", markersize=4, **curve(index, outcome.condition.title))
     above.set_ylabel("transit (s); none: not expelled")
     below.set_ylabel("mixing (1)")
     below.set_xlabel("circular after longitudinal layer (s)")
@@ -190,7 +190,7 @@ def _circular_force(outcomes: Sequence[Outcome]) -> Canvas:
         if record is None:
             continue
         force = 1e-3 * record.arrays["circular_force"]
-        axes.plot(record.arrays["pellet_position"], force, color=COLOURS[index], label=outcome.condition.title)
+        axes.plot(record.arrays["pellet_position"], force, **curve(index, outcome.condition.title))
     axes.set_xlabel("pellet's centre (cm)")
     axes.set_ylabel("active circular force (N)")
     axes.grid(alpha=0.25)
