@@ -72,8 +72,14 @@ class Search:
         return found
 
     def with_held_out(self, candidates: Iterable[Candidate]) -> tuple[Candidate, ...]:
-        """The scored candidates with what the claims that were held out read as well: once the search is over."""
-        return tuple(self._asked(one, self.space.objective.held_out) for one in candidates if one.status == SCORED)
+        """The scored candidates with what the claims that were held out read as well: once the search is over.
+
+        Sensitivities, of fifty runs each, are made for the best `screened` of them only.
+        """
+        claims, out = self.bench.source.claims, self.space.objective.held_out
+        scored = [one for one in candidates if one.status == SCORED]
+        best = {one.name for one in ranked(claims, self.space, scored)[: self.space.screened]}
+        return tuple(self._asked(one, out, one.name in best) for one in scored)
 
     def _moved(self, found: Sequence[Candidate], round_: int) -> list[Candidate]:
         """Points around the best so far; the children of one parent are counted on from round to round."""
@@ -151,10 +157,12 @@ class Search:
         """Everything that the objective reads, searches for thresholds among it."""
         return replace(self._asked(candidate, self.space.objective.claims), status=SCORED)
 
-    def _asked(self, candidate: Candidate, numbers: Sequence[int]) -> Candidate:
+    def _asked(self, candidate: Candidate, numbers: Sequence[int], sensitivities: bool = True) -> Candidate:
         """A candidate with what the claims of these numbers read."""
         claims = [one for one in self.bench.source.claims if one.number in numbers]
         needed = {run for claim in claims for run in claim.runs()}
+        if not sensitivities:
+            needed -= set(self.bench.source.sensitivities)
         self.say(f"{candidate.name}: {len(needed)} runs and searches")
         condition, source = self.condition(candidate), self.bench.source
         outcome = carry_out(self.bench, condition, sorted(needed & set(source.runs)), searches=sorted(needed))
