@@ -35,13 +35,10 @@ def _even(low: float, high: float, count: int) -> tuple[float, ...]:
     return tuple(float(f"{x:.3g}") for x in np.geomspace(low, high, count))
 
 
-FORCES = {"tight": _even(0.3, 1.2, 33), "edge": _even(0.257, 1.028, 25)}
+FORCES = {"tight": _even(0.3, 1.2, 33), "edge": _even(0.257, 1.028, 17)}
 """Of the circular layer; the norm of either reading is one of them."""
-VISCOUS = {"tight": _even(57.5, 920.0, 25), "edge": _even(57.5, 920.0, 17)}
-RATIOS = {
-    "tight": tuple(round(0.96 + 0.01 * k, 2) for k in range(25)),
-    "edge": tuple(round(0.96 + 0.015 * k, 3) for k in range(17)),
-}
+VISCOUS = {"tight": _even(57.5, 920.0, 25), "edge": _even(57.5, 920.0, 13)}
+RATIOS = tuple(round(0.96 + 0.02 * k, 2) for k in range(13))
 FINER = {"grid.n_z": 1400, "grid.n_z_wall": 1300, "step.wall": "2.5 ms", "step.conduction": "0.5 ms"}
 PAGE = """# Regimes over force, friction and size
 
@@ -130,7 +127,7 @@ def maps(reading: str) -> tuple[Map, Map]:
             *("pellet.viscous_friction", "mN*s/cm", viscous),
         ),
         Map(
-            *("ratio", reading, "radius of the pellet over that of the tube", force, RATIOS[reading]),
+            *("ratio", reading, "radius of the pellet over that of the tube", force, RATIOS),
             *("pellet.radius", "cm", sizes),
         ),
     )
