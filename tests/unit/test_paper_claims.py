@@ -256,6 +256,9 @@ def test_a_margin_is_the_share_of_the_bound() -> None:
     assert rules.Exceeds("b", "transit_s", "a", factor=1.5).judge(table).margin == pytest.approx(3.0 / 3.6 - 1.0)
     assert rules.Exceeds("a", "stops", "b").judge(table).margin == -1.0  # one more would do
     assert math.isnan(rules.Ends("e", ("expelled",)).judge(table).margin)
+    later, slower = rules.Later("b", "a"), rules.Within("b", "transit_s", high=2.0)
+    assert rules.AllOf((later, slower)).judge(table).decisive == slower.judge(table).numbers
+    assert rules.AnyOf((later, slower)).judge(table).decisive == later.judge(table).numbers
 
 
 def test_an_undefined_number_meets_no_bound() -> None:

@@ -26,13 +26,14 @@ class Finding:
 
     missing: the rule was not judged because its run has not been made; else because it cannot be. margin: how far the
     number lies on the side that is asked for, as a share of the bound; negative on the other side, infinite where no
-    number decides, and nan where nothing was judged.
+    number decides, and nan where nothing was judged. decisive: the grounds of the one rule among several that sets it.
     """
 
     holds: bool | None
     numbers: str
     missing: bool = False
     margin: float = math.nan
+    decisive: str = ""
 
 
 class Rule(Protocol):
@@ -243,10 +244,12 @@ class _Joined:
             holds = self.decides
         elif any(one.holds is None for one in found):
             holds = None
-        margins = [one.margin for one in found if not math.isnan(one.margin)]
-        margin = (max if self.decides else min)(margins) if holds is not None and margins else math.nan
         texts = "; ".join(dict.fromkeys(one.numbers for one in found))
-        return Finding(holds, texts, holds is None and any(one.missing for one in found), margin)
+        judged = [one for one in found if not math.isnan(one.margin)]
+        if holds is None or not judged:
+            return Finding(holds, texts, holds is None and any(one.missing for one in found))
+        sets = (max if self.decides else min)(judged, key=lambda one: one.margin)
+        return Finding(holds, texts, margin=sets.margin, decisive=sets.decisive or sets.numbers)
 
     def runs(self) -> tuple[str, ...]:
         """All of them."""
@@ -277,7 +280,7 @@ class Not:
         """Turn it around."""
         found = self.rule.judge(measured)
         holds = None if found.holds is None else not found.holds
-        return Finding(holds, found.numbers, found.missing, -found.margin)
+        return Finding(holds, found.numbers, found.missing, -found.margin, found.decisive)
 
     def runs(self) -> tuple[str, ...]:
         """Those of the rule."""

@@ -89,7 +89,7 @@ def nearest_table(claims: Sequence[Claim], found: Points) -> Table:
                 (
                     *(str(claim.number), f"{whole} of {len(scores)}", part.name),
                     f"{sum(one.holds is True for one in judged.values())} of {len(judged)}",
-                    *(_share(best.margin), best.numbers, name),
+                    *(_share(best.margin), best.decisive or best.numbers, name),
                 )
             )
     columns = ("claim", "holds at", "part", "part holds at", "best margin", "there", "point")
