@@ -28,12 +28,13 @@ COMPUTING, OVER, FAILED = "computing", "over", "failed"
 class Run:
     """One run as the server knows it: every frame so far, and everything else that a page was told.
 
-    log: what pages are told in words, in order. alone: set when its process has ended. watchers: called when there is
-    something new. saved: what waits for a result that is stored on the way.
+    slot: where its page shows it. log: what pages are told in words, in order. alone: set when its process has ended.
+    watchers: called when there is something new. saved: what waits for a result that is stored on the way.
     """
 
     name: str
     page: str
+    slot: str
     asked: Asked
     folder: Path
     frames: list[bytes] = field(default_factory=list)
@@ -103,14 +104,13 @@ class Runs:
         holder.append(made)
         return made
 
-    async def start(self, page: str, asked: Asked, instead: object = None) -> Run:
-        """Start a run for a page, instead of one that it names where that is under way.
+    async def start(self, page: str, slot: str, asked: Asked) -> Run:
+        """Start a run in a slot of a page, instead of what is under way there.
 
         Raises ConfigurationError where it is refused. Pages that have gone give way.
         """
         configuration = asked.configuration()
-        former = self.runs.get(instead) if isinstance(instead, str) else None
-        if former is not None and former.page == page:
+        for former in [run for run in self.runs.values() if (run.page, run.slot, run.state) == (page, slot, COMPUTING)]:
             self._cut_short(former)
         for gone in [run for run in self.runs.values() if run.page in self._leaving]:
             self._cut_short(gone)
@@ -126,7 +126,7 @@ class Runs:
         name = secrets.token_hex(4)
         folder = self.folder / name
         folder.mkdir()
-        run = Run(name, page, asked, folder)
+        run = Run(name, page, slot, asked, folder)
         self.runs[name] = run  # before anything is waited for: the limit counts it
         await self.prepare()
         taken, self._spare = self._spare, None
@@ -254,7 +254,8 @@ class Runs:
             case "refused":
                 run.tell("refused", number=content[0], text=content[1])
             case "saved":
-                run.saved[content].set_result(True)
+                if not run.saved[content].done():  # who waited for it may have gone
+                    run.saved[content].set_result(True)
             case "ended":
                 run.state, run.outcome = OVER, content
                 run.tell("ended", outcome=content)

@@ -144,7 +144,7 @@ class Talk:
         slot = said.get("slot")
         if slot not in ("a", "b"):
             raise ConfigurationError(f"slot = {shown(slot)}: a page shows runs a and b")
-        run = await self.runs.start(self.page, asking.read(said.get("asked")), said.get("instead"))
+        run = await self.runs.start(self.page, slot, asking.read(said.get("asked")))
         self.say("started", run=run.name, slot=slot)
         self._watch(run)
 
