@@ -9,7 +9,7 @@ import sys
 import time
 import urllib.request
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -92,8 +92,8 @@ class Page:
         self.socket.close()
 
 
-@pytest.fixture(scope="session")
-def live() -> Iterator[Live]:
+@contextmanager
+def serving() -> Iterator[Live]:
     """`peristalsis app` on a free port."""
     for needed in ("starlette", "uvicorn", "websockets"):
         pytest.importorskip(needed)
@@ -110,6 +110,13 @@ def live() -> Iterator[Live]:
             yield Live(without_token.port, without_token.key, token[1].decode(), process.pid)
         finally:
             process.terminate()
+
+
+@pytest.fixture(scope="session")
+def live() -> Iterator[Live]:
+    """The server of all tests."""
+    with serving() as server:
+        yield server
 
 
 @pytest.fixture

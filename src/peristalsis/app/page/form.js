@@ -1,6 +1,7 @@
 // The controls: built from the catalogue, one state for each of both runs, written into the address.
 
 import { doseOf, doseText, Drugs } from "./drugs.js";
+import { ask } from "./link.js";
 import { make } from "./page.js";
 
 const spoken = { "mN·s/cm": "millinewton seconds per centimetre", cm: "centimetres", mN: "millinewtons",
@@ -93,7 +94,7 @@ export class Form {
     for (const state of Object.values(this.states)) {
       if (state.defaults) continue;
       const query = new URLSearchParams({ scenario: state.scenario, ...(state.reading ? { reading: state.reading } : {}) });
-      const answer = await (await fetch(`/defaults?${query}`)).json();
+      const answer = await ask(`/defaults?${query}`);
       if (answer.error) throw new Error(answer.error);
       state.defaults = answer;
     }
@@ -126,9 +127,14 @@ export class Form {
 
   pick(name, value) {
     const { state } = this;
+    const before = { ...state };
     state[name] = value;
     if (name !== "grid") Object.assign(state, { values: {}, switches: {}, defaults: null });
-    this.load().catch((error) => this.changed("refused", null, error.message));
+    this.load().catch((error) => {
+      Object.assign(state, before);
+      this.show();
+      this.changed("refused", null, error.message);
+    });
   }
 
   move(control, value) {
@@ -181,6 +187,14 @@ export class Form {
   write() {
     clearTimeout(this.writing); // browsers refuse an address that is written too often
     this.writing = setTimeout(() => history.replaceState(null, "", `${location.pathname}#${this.address()}`), 150);
+  }
+
+  /** Take the states of another address instead of what is here. */
+  take(hash) {
+    clearTimeout(this.writing);
+    this.states = { a: this.blank(), b: this.blank() };
+    this.read(hash);
+    return this.load();
   }
 
   /** Take a state from an address; what is not offered is left out. */

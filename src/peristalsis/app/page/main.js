@@ -3,7 +3,7 @@
 import { number } from "./canvas.js";
 import { Form } from "./form.js";
 import { Lessons } from "./lessons.js";
-import { Link } from "./link.js";
+import { ask, Link, SILENT } from "./link.js";
 import { mapTable } from "./map.js";
 import { $, make } from "./page.js";
 import { theme } from "./palette.js";
@@ -115,7 +115,7 @@ function forget() {
 
 function start(slot) {
   problem(null);
-  return link.say("start", { slot, asked: form.asked(slot), instead: shown[slot] });
+  return link.say("start", { slot, asked: form.asked(slot) });
 }
 
 const order = (record, word) => link.say("order", { run: record.name, order: word });
@@ -169,7 +169,7 @@ function step(way) {
 }
 
 function begin(settings) {
-  if (!up) { problem("The server does not answer; is peristalsis app still running?"); return false; }
+  if (!up) { problem(SILENT); return false; }
   settings.forEach(({ asked }, k) => form.set(SLOTS[k], asked));
   for (const slot of SLOTS.slice(settings.length)) {
     if (at(slot)?.computing) order(at(slot), "stop");
@@ -196,7 +196,8 @@ function showWords({ toml, python }) {
   const text = wanted === "toml" ? toml : python;
   $("words").hidden = false;
   $("words").textContent = text;
-  $("kept").replaceChildren();
+  // A run whose controls were moved on the way is another than one that begins with them.
+  $("kept").replaceChildren(at(form.slot)?.changes.length ? "Controls were moved while this run computed; here their last values hold from the start. " : "");
   if (wanted === "toml") {
     const blob = URL.createObjectURL(new Blob([text], { type: "text/plain" }));
     $("kept").append(make("a", { href: blob, download: "peristalsis.toml", textContent: "peristalsis.toml" }));
@@ -358,6 +359,10 @@ function wire() {
     $("words").textContent = address;
     navigator.clipboard?.writeText(address).then(() => { $("kept").textContent = "The address is in the clipboard"; }, () => {});
   });
+  window.addEventListener("hashchange", () => {
+    if (location.hash === "#view") form.write(); // the link that skips to the picture
+    else form.take(location.hash).then(() => { view.dirty = true; }, (error) => problem(error.message));
+  });
   new ResizeObserver(() => { view.dirty = true; }).observe($("view"));
 }
 
@@ -365,7 +370,7 @@ async function main() {
   $("more").open = !window.matchMedia("(max-width: 56rem)").matches; // the picture comes first on a telephone
   const preferred = window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
   colours(localStorage.getItem("peristalsis-theme") ?? preferred);
-  const catalogue = await (await fetch("/catalogue")).json();
+  const catalogue = await ask("/catalogue");
   form = new Form(catalogue, edited);
   lessons = new Lessons(catalogue.lessons, begin, (lesson, runs) => link.say("judge", { lesson, runs }));
   wire();
@@ -374,13 +379,17 @@ async function main() {
   link = new Link(document.querySelector('meta[name="token"]').content, page, { on: hear, frames, up: (stands) => {
     up = stands;
     view.dirty = true;
-    if (!stands) return;
+    if (!stands) {
+      if ($("kept").textContent.startsWith("Making")) $("kept").textContent = "The connection was lost before the file was made; ask for it again";
+      return;
+    }
+    if ($("problem").textContent === SILENT) problem(null);
     for (const [name, record] of records) {
       // The server tells everything from the start, so what was told before is left.
       records.set(name, new Record(name, record.slot));
       link.say("attach", { run: name });
     }
-  } });
+  }, silent: () => problem(SILENT) });
   requestAnimationFrame(tick);
   document.documentElement.dataset.ready = "yes";
 }

@@ -6,8 +6,7 @@ import { make } from "./page.js";
 /** What is made for a slot: changed is called when its table is opened. */
 export function pane(slot, changed) {
   const name = slot.toUpperCase();
-  const tube = make("canvas");
-  const map = make("canvas");
+  const [tube, map] = [1, 1].map((height) => make("canvas", { height })); // flat until there is a picture
   [[tube, `Tube and pellet of run ${name}, cut along the axis`], [map, `Diameter map of run ${name}; a table follows`]].forEach(
     ([canvas, label]) => { canvas.setAttribute("role", "img"); canvas.setAttribute("aria-label", label); });
   const heading = () => make("div", { className: `which ${slot}` }, make("i"), `Run ${name}`, make("span"));
