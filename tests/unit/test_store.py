@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
@@ -21,6 +22,7 @@ from peristalsis.running.simulation import Simulation
 from peristalsis.storing import disk, environment, manifest, store
 from peristalsis.storing.checkpoint import Checkpoints
 from peristalsis.storing.disk import Disk
+from peristalsis.storing.locks import Claim
 from peristalsis.storing.manifest import Entry, Manifest
 from peristalsis.storing.store import Workspace, quarantine, read_manifest, recover, verify
 from verification.exact.runs import configured
@@ -628,3 +630,27 @@ def test_json_of_a_summary_has_no_nan(stored: Path) -> None:
         raise AssertionError(word)
 
     json.loads((stored / "summary.json").read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def test_a_file_that_did_not_fit_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The part that was written would fill a disk that is full already."""
+
+    class Full(Disk):
+        def put(self, descriptor: int, content: memoryview) -> int:
+            if os.fstat(descriptor).st_size:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            return super().put(descriptor, content[:3])
+
+    (tmp_path / "name").write_bytes(b"before")
+    monkeypatch.setattr(disk, "DISK", Full())
+    with pytest.raises(OSError, match="No space"):
+        disk.replace_file(tmp_path / "name", b"content")
+    assert [(file.name, file.read_bytes()) for file in tmp_path.iterdir()] == [("name", b"before")]
+
+
+def test_a_folder_that_takes_no_files_is_not_said_to_be_in_use() -> None:
+    """Such as one of /proc, whose folders exist and have no room for a lock."""
+    if not Path("/proc/self").is_dir():
+        pytest.skip("no such folder here")
+    with pytest.raises(WriteError, match="could not write '/proc/name': No such file or directory; choose another"):
+        Claim(Path("/proc/name"))

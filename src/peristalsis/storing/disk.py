@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -104,9 +105,14 @@ def replace_file(path: Path, content: bytes, mark: str = "") -> None:
     mark: tells writers apart, where several may write the same file.
     """
     fresh = path.with_name(f"{UNFINISHED}{mark}{path.name}")
-    DISK.write(fresh, content)
-    DISK.synchronise(fresh)
-    DISK.rename(fresh, path)
+    try:
+        DISK.write(fresh, content)
+        DISK.synchronise(fresh)
+        DISK.rename(fresh, path)
+    except OSError:  # the part that was written must not stay and fill the disk
+        with suppress(OSError):
+            DISK.remove(fresh)
+        raise
     DISK.synchronise(path.parent)
 
 

@@ -36,10 +36,14 @@ class Claim:
             self.parents.append(self.parents[-1].parent)
         self._alone = alone
         self._descriptor: int | None = None
+        self._unmade: OSError | None = None
+        """Why the lock could not be made at the last try, where its folder had gone or cannot have it."""
         last = time.monotonic() + patience
         try:
             while not self._taken():
                 if time.monotonic() >= last:
+                    if self._unmade is not None:
+                        raise self._unmade
                     raise WriteError(
                         f"{shown(str(target))} is being worked in by another process; wait for it, or choose another "
                         "place with --out"
@@ -59,8 +63,10 @@ class Claim:
         self.path.parent.mkdir(parents=True, exist_ok=True)
         try:
             descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | NO_FOLLOW | CLOSE_AT_START, 0o666)
-        except FileNotFoundError:  # who had made the folder has just removed it
+        except FileNotFoundError as error:  # who had made the folder has just removed it, or it takes no files
+            self._unmade = error
             return False
+        self._unmade = None
         kept = False
         try:
             fcntl.flock(descriptor, (fcntl.LOCK_EX if self._alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
