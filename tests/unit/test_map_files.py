@@ -277,3 +277,18 @@ def test_floats_of_single_precision_stay(tmp_path: Path) -> None:
     for name in ("a.nc", "a.mat"):
         assert maps.read(maps.write(half, tmp_path / name)).values.dtype == np.float32
     assert maps.read(maps.write(half, tmp_path / "a.csv")).fingerprint() == half.fingerprint()
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("a.csv", {"positions": [1.0, 2.0], "variable": "none", "grey": ((0, 5.0), (255, 20.0)), "time": "down"}),
+        ("b.nc", {"positions": [1.0], "mm_per_px": 2.0}),
+        ("c.tif", {"variable": "none", "time_unit": "min"}),
+    ],
+)
+def test_what_a_file_has_no_use_for_is_said(small: maps.Map, tmp_path: Path, name: str, options: dict) -> None:
+    back = maps.read(maps.write(small, tmp_path / name), **options)
+    for key in options:
+        assert any(line.startswith(key) and line.endswith("not used") for line in back.history), key
+    assert not any(line.endswith("not used") for line in maps.read(tmp_path / name).history)

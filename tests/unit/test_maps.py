@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -67,3 +68,24 @@ def test_a_map_cannot_be_changed(rings: maps.Map) -> None:
     kept = maps.Map(given, np.arange(2.0), np.arange(2.0), "diameter")
     given[0, 0] = 5.0
     assert kept.values[0, 0] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        (
+            ("--resample", "1e-9 s"),
+            r"a step of 1e-09 makes 6e\+10 by 101 values of 601 by 101, more than 2e\+08; resample",
+        ),
+        (("--resample", "1e9 s"), r"time_step \(--resample\) = 1e\+09 s must be above 0"),
+        (("--level", "-60 s"), r"window \(--level\) = -60 s must be above 0"),
+        (("--despike", "-1 s"), r"window \(--despike\) = -1 s must be above 0"),
+    ],
+)
+def test_a_treatment_that_cannot_be_names_its_option(
+    option: tuple[str, str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    maps.write(example()[0].part(times=(0.0, 60.0)), "map.csv")
+    assert main(["map", "map.csv", *option]) == 2
+    assert re.match(f"error: {said}", capsys.readouterr().err)

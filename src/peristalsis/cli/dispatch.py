@@ -80,7 +80,11 @@ def _carry_out(words: Sequence[str], screen: Screen, program: Program) -> int:
     except KeyboardInterrupt:
         return screen.fail(InterruptedRun(screen.if_interrupted))
     except MemoryError:
-        return screen.fail(PeristalsisError("not enough memory; use fewer cells or a longer output.interval"))
+        return screen.fail(
+            PeristalsisError(
+                "not enough memory; use fewer cells, points or workers, a longer output.interval or a shorter recording"
+            )
+        )
     except Exception as error:
         if os.environ.get(TRACEBACK):
             raise

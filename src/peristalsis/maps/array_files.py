@@ -48,7 +48,16 @@ def read_arrays(path: Path, said: Stated) -> Map:
     values = np.array(values, dtype=np.float32 if values.dtype == np.float32 else np.float64)
     history = [*about, f"read from {path.name}, variable {key}"]
     unit = array.unit or _unit_in(key)
-    return finished(path, locked(values), time, place, (quantity_of(key, unit), unit), said, history)
+    return finished(
+        path,
+        locked(values),
+        time,
+        place,
+        (quantity_of(key, unit), unit),
+        said,
+        history,
+        ("variable", "time_unit", "place_unit"),
+    )
 
 
 def _variables(content: bytes, path: Path) -> tuple[dict[str, Array], list[str]]:
@@ -144,8 +153,8 @@ def _axes(array: Array, found: Mapping[str, Array], said: Stated, name: str) -> 
     (t_key, t), (x_key, x) = axes
     assert t is not None
     assert x is not None
-    time = _converted(t, t_key, "s", said.time_unit, "time_unit (--time-unit)", name)
-    return time, _converted(x, x_key, "mm", said.place_unit, "place_unit (--place-unit)", name), turned
+    time = _converted(t, t_key, "s", said.time_unit, "time_unit", name)
+    return time, _converted(x, x_key, "mm", said.place_unit, "place_unit", name), turned
 
 
 def _vector(vectors: Mapping[str, Array], pattern: str, what: str, name: str) -> tuple[str, Array]:

@@ -67,7 +67,9 @@ def read_picture(path: Path, said: Stated) -> Map:
     quantity = lines.get("quantity")
     if quantity is None and said.quantity is None and unit == "mm":
         quantity = "diameter"
-    return finished(path, values, time, place, (quantity, unit), said, history)
+    return finished(
+        path, values, time, place, (quantity, unit), said, history, ("mm_per_px", "s_per_px", "grey", "gap", "time")
+    )
 
 
 def write_picture(recorded: Map, path: Path, bits: int = 16, time: str = "right") -> Path:

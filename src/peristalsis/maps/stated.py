@@ -14,6 +14,14 @@ from .recording import QUANTITIES, Floats, Map, Numbers, factor, locked
 
 ENDS = ("first", "last")
 DIRECTIONS = ("right", "down")
+OF_SOME_FILES = {
+    **{
+        key: f" (--{key.replace('_', '-')})"
+        for key in ("positions", "variable", "mm_per_px", "s_per_px", "grey", "time")
+    },
+    **dict.fromkeys(("gap", "time_unit", "place_unit"), ""),
+}
+"""What may be stated of files of some kinds only, with its option in a command line."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +82,13 @@ def finished(
     found: tuple[str | None, str | None],
     said: Stated,
     history: Sequence[str] = (),
+    used: Sequence[str] = (),
 ) -> Map:
     """The map of what a reader found: quantity settled, the oral end first, values in the unit of the quantity.
 
     values: (n_time, n_place). time [s], place [mm], as in the file. found: quantity and unit that the file states.
-    Raises ConfigurationError if neither file nor user states them.
+    used: which of `OF_SOME_FILES` a file of this kind has a use for; the history says so of others that were given.
+    Raises ConfigurationError if neither file nor user states quantity and unit.
     """
     name = said.name or path.stem
     quantity, unit = said.quantity or found[0], said.unit or found[1]
@@ -93,6 +103,11 @@ def finished(
             f"{shown(str(path))} does not say the unit of its numbers; say unit = {wanted} (--unit), for example"
         )
     lines = [*history] or [f"read from {path.name}"]
+    lines += [
+        f"{key}{option}, as stated, has no meaning for this file: not used"
+        for key, option in OF_SOME_FILES.items()
+        if key not in used and getattr(said, key) is not None
+    ]
     if said.unit is not None and found[1] is not None and said.unit != found[1]:
         lines.append(f"unit {said.unit}, as stated, in place of {found[1]} of the file")
     if unit is not None and unit != wanted:

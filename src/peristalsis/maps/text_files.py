@@ -180,7 +180,7 @@ def _matrix(table: Table, corner: list[str], said: Stated) -> Map:
     history = _history(table, "a matrix" + (" with places down" if turned else ""))
     if oral is None:
         history.append(f"oral end {said.oral}, as stated or by default")
-    return finished(table.path, values, time, place, _told(table), said, history)
+    return finished(table.path, values, time, place, _told(table), said, history, ("time_unit", "place_unit"))
 
 
 def _long(table: Table, titles: list[str], said: Stated) -> Map:
@@ -220,6 +220,7 @@ def _long(table: Table, titles: list[str], said: Stated) -> Map:
         _told(table, cell),
         said,
         _history(table, f"a long table; cells without a row are gaps: {values.size - len(rows)}"),
+        ("variable", "time_unit", "place_unit"),
     )
 
 
@@ -262,7 +263,8 @@ def _channels(table: Table, said: Stated) -> Map:
         history.append("channels in the order of their places")
     quantity, unit = _told(table, cells[0])
     time = _axis(rows[:, 0], table.header[0], "s", said.time_unit, table)
-    return finished(table.path, values, time, place[order], (quantity or "pressure", unit), said, history)
+    used = ("positions", "time_unit", "place_unit")
+    return finished(table.path, values, time, place[order], (quantity or "pressure", unit), said, history, used)
 
 
 def read_tracks(path: Path, scale: tuple[float, float] | None = None) -> tuple[Track, ...]:

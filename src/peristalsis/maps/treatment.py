@@ -14,6 +14,8 @@ from .recording import Floats, Map, Numbers, locked
 
 SIGMA = 1.4826
 """Median absolute deviation times this is the standard deviation of normal noise."""
+MOST_VALUES = 200_000_000
+"""Values of a map that is resampled, 1.6 GB: a step that makes more was hardly meant."""
 
 
 def resampled(recorded: Map, time_step: float | None = None, place_step: float | None = None) -> Map:
@@ -24,7 +26,7 @@ def resampled(recorded: Map, time_step: float | None = None, place_step: float |
     """
     values, time, place, lines = recorded.values, recorded.time, recorded.place, []
     if time_step is not None:
-        values, time = _along(values, time, _checked(time_step, "time_step", "s", recorded.duration))
+        values, time = _along(values, time, _checked(time_step, "time_step (--resample)", "s", recorded.duration))
         lines.append(f"every {time_step:g} s")
     if place_step is not None:
         turned, place = _along(values.T, place, _checked(place_step, "place_step", "mm", recorded.length))
@@ -41,7 +43,7 @@ def despiked(recorded: Map, window: float, limit: float = 6.0) -> Map:
     They become gaps. The deviation is that of each place: 1.4826 times the median distance from its running median.
     """
     step = recorded.time_step()
-    width = 2 * max(1, round(0.5 * _checked(window, "window", "s", recorded.duration) / step)) + 1
+    width = 2 * max(1, round(0.5 * _checked(window, "window (--despike)", "s", recorded.duration) / step)) + 1
     if not limit > 0.0:
         raise ConfigurationError(f"limit = {shown(limit)} must be above 0; 6 is usual")
     from scipy.ndimage import median_filter
@@ -68,7 +70,7 @@ def level(recorded: Map, window: float) -> Map:
     middles and beyond the first and last. Choose a window several times as long as a contraction, or these are
     flattened too.
     """
-    window = _checked(window, "window", "s", 0.5 * recorded.duration)
+    window = _checked(window, "window (--level)", "s", 0.5 * recorded.duration)
     first, last = recorded.time[0] + 0.5 * window, recorded.time[-1] - 0.5 * window
     centres = np.linspace(first, last, max(2, round(4.0 * (last - first) / window) + 1))
     values = recorded.values
@@ -127,7 +129,13 @@ def median_of_places(values: Numbers) -> Floats:
 
 def _along(values: Numbers, axis: Floats, step: float) -> tuple[Numbers, Floats]:
     """Values, (n, m), and the axis of their rows at even steps."""
-    fresh = axis[0] + step * np.arange(int((axis[-1] - axis[0]) / step + 1e-9) + 1)
+    count = int((axis[-1] - axis[0]) / step + 1e-9) + 1
+    if count * values.shape[1] > MOST_VALUES:
+        raise ConfigurationError(
+            f"a step of {step:g} makes {count:.3g} by {values.shape[1]} values of {axis.size} by {values.shape[1]}, "
+            f"more than {MOST_VALUES:.0e}; resample at a longer one"
+        )
+    fresh = axis[0] + step * np.arange(count)
     if axis.size > 1 and step >= 2.0 * float(np.median(np.diff(axis))):
         borders = np.searchsorted(axis, np.append(fresh - 0.5 * step, fresh[-1] + 0.5 * step))
         rows = []
