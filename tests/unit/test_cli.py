@@ -932,3 +932,18 @@ def test_warm_up_says_what_is_ready(capsys: Capture) -> None:
     assert main(["warm-up"]) == 0
     assert re.match(r"\d+ kernels are ready after \d+\.\d s; ", capsys.readouterr().out)
     assert main(["warm-up", "nonsense"]) == 2
+
+
+@pytest.mark.parametrize(
+    "option", [["--figure", "3"], ["--no-searches"], ["--variant", "doubled"], ["--coarse"], ["--reading", "all"]]
+)
+def test_what_a_search_has_no_use_for_is_refused(option: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["paper", "--search", *option, "--out", "o"]) == 2
+    said = f"error: {' '.join(option) if option[0] == '--reading' else option[0]}: a search has its own runs"
+    assert capsys.readouterr().err.startswith(said)
+
+
+def test_no_address_is_not_every_address(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("uvicorn")
+    assert main(["app", "--host", " ", "--no-browser", "--port", "0"]) == 2
+    assert capsys.readouterr().err == "error: --host is empty; give an address of this machine, or leave it out\n"

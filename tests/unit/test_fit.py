@@ -269,3 +269,16 @@ def test_a_real_run_is_fitted_and_a_second_fit_runs_nothing(tmp_path):
     again = fit([track], [VISCOUS], scenario=base, out=tmp_path, profiles=False)
     assert again.problem.runs == 0
     assert again.values == found.values
+
+
+@pytest.mark.parametrize("noise", [-0.1, 0.0, float("nan"), float("inf")])
+def test_a_deviation_that_is_none_is_refused_before_anything_is_run(tmp_path, noise):
+    with pytest.raises(ConfigurationError, match="is no deviation of a position; give one above 0 cm"):
+        fit([seen()], [VISCOUS], noise=noise, out=tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_bounds_that_do_not_rise_say_so():
+    bounds = {VISCOUS: ("300 mN*s/cm", "100 mN*s/cm")}
+    with pytest.raises(ConfigurationError, match=r"300 to 100 mN.s/cm do not rise; give the smaller one first"):
+        free_parameters([VISCOUS], ps.configuration("baseline"), bounds)

@@ -47,6 +47,8 @@ def _serve(port: int, browser: bool, runs: int, wait: float, host: str, screen: 
         raise ConfigurationError(
             f"the app needs {error.name}, which is not here; install it with pip install 'peristalsis[app]'"
         ) from None
+    if not host.strip():
+        raise ConfigurationError("--host is empty; give an address of this machine, or leave it out")
     if host != LOOPBACK:
         screen.line(f"warning: listening on {host}: others in its network can try to reach this page, unencrypted")
 

@@ -118,6 +118,11 @@ def paper(
         raise ConfigurationError(f"--workers {workers}: not a number of processes; choose 1 to {MOST_WORKERS}")
     if held_out and not search:
         raise ConfigurationError("--held-out: belongs to a search, and none is asked for; add --search")
+    beside = {"--figure": figure is not None, "--no-searches": no_searches, "--variant": bool(variant)}
+    beside |= {"--coarse": coarse, "--reading all": reading == "all"}
+    if search and any(beside.values()):
+        unused = next(option for option, given in beside.items() if given)
+        raise ConfigurationError(f"{unused}: a search has its own runs, and no use for it; leave it out")
     order = PaperOrder(
         *(figure, reading, workers, located(out), coarse, not no_searches, _variants(variant or [])), held_out=held_out
     )

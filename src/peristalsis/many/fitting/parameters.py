@@ -99,6 +99,10 @@ def _free(name: str, configuration: Configuration, bounds: tuple[object, object]
         low, high = max(lowest, 0.0 if start > 0.0 else -SPAN * abs(start)), SPAN * abs(start)
     else:
         raise ConfigurationError(f"free: {name} begins at 0, so its size is not known; state bounds for it")
+    if not low < high:
+        raise ConfigurationError(
+            f"bounds of {name}: {low:g} to {high:g} {unit} do not rise; give the smaller one first"
+        )
     low, high = max(low, lowest), min(high, highest)
     if not low < high or not low <= start <= high:
         raise ConfigurationError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
@@ -225,6 +226,8 @@ def fit(
         listed = tuple(one for one in tracks if isinstance(one, Observed))
     else:
         listed = observed(tracks)  # type: ignore[arg-type]
+    if noise is not None and not 0.0 < noise < math.inf:
+        raise ConfigurationError(f"noise = {noise:g} cm is no deviation of a position; give one above 0 cm")
     check(listed, base.wall.length)
     folder = Path(located(out)) / "runs"
     problem = Problem(
