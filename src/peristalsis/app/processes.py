@@ -6,11 +6,13 @@ import multiprocessing
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from ..running.spawning import without_main
+from ..running.spawning import undisturbed, without_main
 from . import exports, worker
 
 PATIENCE = 3.0
@@ -33,8 +35,7 @@ class Worker:
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(target=worker.serve, args=(theirs,), daemon=True)
-        with without_main():
-            self._process.start()
+        _begin(self._process)
         theirs.close()
         threading.Thread(target=self._listen, daemon=True).start()
 
@@ -67,8 +68,7 @@ def write_file(stored: Path, what: str, target: Path, seconds: float) -> str | N
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=_export, args=(theirs, str(stored), what, str(target)), daemon=True)
-    with without_main():
-        process.start()
+    _begin(process)
     theirs.close()
     try:
         if not wait([ours], seconds):
@@ -87,9 +87,17 @@ def write_file(stored: Path, what: str, target: Path, seconds: float) -> str | N
         process.join()
 
 
-def _export(pipe: Connection, stored: str, what: str, target: str) -> None:
-    from ..running.spawning import end_with_parent
+def _begin(process: BaseProcess) -> None:
+    """Start a process; Ctrl-C, which reaches all of them at once, is for the server alone from the first moment on."""
+    resource_tracker.ensure_running()  # starting that one would let signals through again
+    with without_main(), undisturbed():
+        process.start()
 
+
+def _export(pipe: Connection, stored: str, what: str, target: str) -> None:
+    from ..running.spawning import deaf_to_interrupts, end_with_parent
+
+    deaf_to_interrupts()
     threading.Thread(target=end_with_parent, daemon=True).start()
     worker.stand_back()
     exports.make(pipe, stored, what, target)

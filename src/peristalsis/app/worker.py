@@ -6,7 +6,6 @@ of a word and its content; what it takes are the messages of `Orders`.
 
 from __future__ import annotations
 
-import signal
 import sys
 import threading
 import time
@@ -55,9 +54,9 @@ PAUSE, RESUME, STEP, STOP = "pause", "resume", "step", "stop"
 
 def serve(pipe: Connection) -> None:
     """What the process does: get ready, wait for a run, make it, end."""
-    from ..running.spawning import end_with_parent
+    from ..running.spawning import deaf_to_interrupts, end_with_parent
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends its runs
+    deaf_to_interrupts()  # Ctrl-C is for the server, which ends its runs
     threading.Thread(target=end_with_parent, daemon=True).start()
     stand_back()
     with suppress(EOFError, OSError):  # the server has gone

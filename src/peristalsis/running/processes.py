@@ -20,6 +20,7 @@ from typing import Any
 
 from .. import plugins
 from ..errors import InterruptedRun
+from .spawning import deaf_to_interrupts, undisturbed
 
 PATIENCE = 5.0
 """Seconds that work is given to come to an end in order when all is stopped."""
@@ -74,14 +75,16 @@ class _Lane:
         from concurrent.futures import BrokenExecutor
 
         for _ in range(2):  # it may have died while it had nothing to do
-            if self._executor is None:
-                self._start()
+            _start_trackers()
             try:
-                future: Future[Any] = self._executor.submit(_carry_out, work, tuple(args), named)
+                with undisturbed():  # cut in two, loky's start can neither go on nor be undone
+                    if self._executor is None:
+                        self._start()
+                    future: Future[Any] = self._executor.submit(_carry_out, work, tuple(args), named)
+                    self._futures.append(future)
             except BrokenExecutor:
                 self.close(wait=False)
                 continue
-            self._futures.append(future)
             return future
         raise BrokenExecutor("a process that was started ended at once")
 
@@ -114,6 +117,16 @@ class _Lane:
         self.hang_up()
 
 
+def _start_trackers() -> None:
+    """Have the processes that tidy up after loky and Python: starting one of them lets held signals through."""
+    from multiprocessing import resource_tracker
+
+    from loky.backend import resource_tracker as of_loky
+
+    resource_tracker.ensure_running()
+    of_loky.ensure_running()
+
+
 def death(error: BaseException) -> str:
     """How a process died, in words, from what loky says of it."""
     found = _CODES.search(str(error))
@@ -127,8 +140,8 @@ def death(error: BaseException) -> str:
 
 def _begin(line: Connection, parent: int) -> None:
     """What a process does first."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the one who started it decides what Ctrl-C means
     signal.signal(signal.SIGTERM, _stop)
+    deaf_to_interrupts()  # the one who started it decides what Ctrl-C means
     threading.Thread(target=_watch, args=(line, parent), daemon=True).start()
     plugins.ready()
 

@@ -1,9 +1,10 @@
-"""Processes that are not of an executor: started fresh, without the program's own file, and ended with their parent."""
+"""How processes begin and end: without the program's own file, undisturbed by Ctrl-C, ended with their parent."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import sys
 import threading
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ from multiprocessing.connection import wait
 from typing import Any
 
 MAIN = "__main__"
+HELD = (signal.SIGINT, signal.SIGTERM)
 _STARTING = threading.Lock()
 
 
@@ -28,6 +30,25 @@ def without_main() -> Iterator[None]:
         finally:
             main.pop("__spec__", None)
             main.update(kept)
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Hold Ctrl-C and SIGTERM back while a process is started: neither the start is cut in two, nor what it starts.
+
+    A process that is started meanwhile holds them back too, until it calls `deaf_to_interrupts`; threads do for good.
+    """
+    kept = signal.pthread_sigmask(signal.SIG_BLOCK, HELD)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, kept)
+
+
+def deaf_to_interrupts() -> None:
+    """Leave Ctrl-C, which a terminal sends to all processes, to the one that started this; SIGTERM counts from now."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, HELD)
 
 
 def end_with_parent() -> None:
