@@ -82,7 +82,7 @@ CONTROLS = (
         20.0,
         1500.0,
         10.0,
-        help="Grows with the speed of the pellet: how slippery it is.",
+        help="Grows with the speed of the pellet; the less, the more slippery.",
     ),
     Control(
         "dry_friction",
