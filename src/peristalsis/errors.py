@@ -7,6 +7,7 @@ of the command line and the status word stored with a run, so no other module ke
 from __future__ import annotations
 
 import difflib
+import errno
 from collections.abc import Iterable
 from typing import ClassVar
 
@@ -71,6 +72,27 @@ class InterruptedRun(PeristalsisError):
 
     exit_code = 130
     status = "interrupted"
+
+
+def could_not(action: str, error: OSError, other: str = "another folder with --out") -> WriteError:
+    """The error of something that the system refused to write: what it said, and the fix for that cause.
+
+    action: what was tried, such as "write 'out/x'"; other: what to choose instead.
+    """
+    fixes = {
+        errno.ENOSPC: f"free some space or choose {other}",
+        errno.EDQUOT: f"free some space or choose {other}",
+        errno.EFBIG: f"free some space or choose {other}",
+        errno.ENOTDIR: f"a file stands where a folder has to be; choose {other}",
+        errno.EEXIST: f"a file stands where a folder has to be; choose {other}",
+        errno.EISDIR: f"a folder stands where a file has to be; choose {other}",
+        errno.EACCES: f"you may not write there; choose {other}",
+        errno.EPERM: f"you may not write there; choose {other}",
+        errno.EROFS: f"nothing can be written there; choose {other}",
+    }
+    return WriteError(
+        f"could not {action}: {error.strerror or error}; {fixes.get(error.errno or 0, f'choose {other}')}"
+    )
 
 
 def nearest(name: str, candidates: Iterable[str]) -> str | None:

@@ -13,8 +13,10 @@ from peristalsis.errors import ConfigurationError, shown
 def located(given: str | PathLike[str], beside: Path | None = None) -> Path:
     """The path that a user means. beside: the folder from which a relative one goes out; the working folder if none.
 
-    Raises ConfigurationError where "~" or "~name" has no home.
+    Raises ConfigurationError for an empty text, and where "~" or "~name" has no home.
     """
+    if not str(given).strip():
+        raise ConfigurationError(f"{shown(str(given))}: an empty path; name a file or a folder, '.' for this one")
     path = Path(given)
     if path.parts and path.parts[0].startswith("~"):
         try:

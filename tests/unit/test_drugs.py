@@ -14,6 +14,7 @@ from peristalsis.inputs.drugs import (
     Dose,
     amount,
     changes_by,
+    doubtful,
     factor,
     factors,
     from_line,
@@ -161,6 +162,19 @@ def test_a_target_that_no_cell_of_the_run_has_is_refused_and_one_that_some_lack_
         ps.configuration("baseline", changes={"drugs": "iberiotoxin 1 nM", "tissue.cell": "morris_lecar"})
     some = ps.configuration("baseline", changes={"drugs": "iberiotoxin 1 nM", "circular.cell": "morris_lecar"})
     assert any("does nothing to the circular cells" in one for one in remarks(some))
+
+
+@pytest.mark.parametrize(
+    ("file", "channel", "other"), [(None, "slow", "with --drugs"), ("l_type_is_fast", "fast", "without --drugs")]
+)
+def test_a_calcium_blocker_says_which_channel_it_is_read_to_block(file, channel, other):
+    doses = from_line("nifedipine 8.1 nM", library(file))
+    (said,) = doubtful(doses, ["plant"])
+    assert said.startswith(f"nifedipine: 0.5 of the {channel} calcium conductance is left")
+    assert other in said
+    assert doubtful(doses, ["corrias_buist_2007"]) == [] == doubtful(from_line("tetraethylammonium 1 mM"), ["plant"])
+    dosed = ps.configuration("baseline", changes={"drugs": [{"dose": "nifedipine 8.1 nM"}]})
+    assert any("that is a reading" in one for one in remarks(dosed))
 
 
 def test_preparations_are_chosen_and_never_mixed_without_a_sentence():

@@ -75,6 +75,12 @@ def test_tilde_is_the_home(case: Path) -> None:
         located("~nobody-of-this-name/x")
 
 
+@pytest.mark.parametrize("text", ["", " "])
+def test_an_empty_path_is_named_and_is_not_the_working_folder(text: str) -> None:
+    with pytest.raises(ConfigurationError, match=f"'{text}': an empty path; name a file or a folder"):
+        located(text)
+
+
 def test_results_go_to_and_come_from_the_home(case: Path) -> None:
     tiny = {"grid.n_z": 50, "grid.n_z_wall": 40, "run.duration": "10 ms"}
     result = ps.run("baseline", tiny, out="~/res")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..errors import ConfigurationError, WriteError
+from ..errors import ConfigurationError, could_not
 from ..paths import located
 from .job import Job
 from .streams import Screen, spelled
@@ -245,9 +245,7 @@ def _run(
     try:
         files = keep(cell, trace, folder, reference, solver)
     except OSError as error:
-        raise WriteError(
-            f"could not write {spelled(folder)}: {error.strerror or error}; choose another place with --out"
-        ) from None
+        raise could_not(f"write {spelled(folder)}", error, "another place with --out") from None
     low, high = float(trace.potential.min()), float(trace.potential.max())
     screen.answer(
         {

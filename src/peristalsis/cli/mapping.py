@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ConfigurationError, WriteError, shown, suggestion
+from ..errors import ConfigurationError, WriteError, could_not, shown, suggestion
 from ..paths import located
 from .orders import MapOrder, lengths
 from .streams import Screen, spelled
@@ -284,8 +284,6 @@ def _drawn(drawings: Drawings, target: Path, order: MapOrder) -> list[Path]:
             try:
                 style.write(figure, file, name.replace("_", " "), caption)
             except OSError as error:
-                raise WriteError(
-                    f"could not write {spelled(file)}: {error.strerror or error}; choose another place with --out"
-                ) from None
+                raise could_not(f"write {spelled(file)}", error, "another place with --out") from None
             files.append(file)
     return files

@@ -17,7 +17,7 @@ from ..control.sequence import GATED
 from .choices import LAYERS
 from .config import Configuration
 from .consistency import PARAMETERS_OF_PLANT
-from .drugs import mixed, without_target
+from .drugs import doubtful, mixed, without_target
 from .parameters import PARAMETERS, shipped
 from .parts import SHIPPED
 from .protocols import Protocol
@@ -36,6 +36,7 @@ def remarks(configuration: Configuration) -> list[str]:
 
 def _drugs(c: Configuration) -> Iterator[str]:
     yield from without_target(c.drugs, {layer: cell.name for layer, cell in c.cells().items()})
+    yield from (f"drugs: {one}" for one in doubtful(c.drugs, [cell.name for cell in c.cells().values()]))
     said = mixed(c.drugs)
     if said is not None:
         yield f"drugs: {said}"

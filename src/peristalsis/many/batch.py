@@ -18,6 +18,7 @@ from ..errors import (
     InterruptedRun,
     PeristalsisError,
     WriteError,
+    could_not,
     shown,
 )
 from ..inputs import tables
@@ -108,7 +109,7 @@ def _batch(
         _keep_other(file, {name_of(row.folder, target) for row in rows}, say)
         disk.replace_file(file, table(planned.keys, rows, target))
     except OSError as error:
-        raise WriteError(f"could not write {shown(str(file))}: {error.strerror or error}; free some space") from None
+        raise could_not(f"write {shown(str(file))}", error) from None
     return Batch(rows, file)
 
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ConfigurationError, WriteError, shown
+from ..errors import ConfigurationError, WriteError, could_not, shown
 from ..storing import disk
 from .rows import CODE, Row
 
@@ -59,10 +59,7 @@ class Store:
             disk.DISK.make_folder(self.folder)
             disk.replace_file(self.folder / f"{key}.npz", image.getvalue(), mark=f"{os.getpid()}-")
         except OSError as error:
-            raise WriteError(
-                f"could not keep a run in {shown(str(self.folder))}: {error.strerror or error}; free some space or "
-                "choose another folder with --out"
-            ) from None
+            raise could_not(f"keep a run in {shown(str(self.folder))}", error) from None
 
 
 def _digest(key: str, text: str, arrays: Mapping[str, NDArray[Any]]) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ConfigurationError, WriteError, nearest, shown, suggestion
+from ..errors import ConfigurationError, could_not, nearest, shown, suggestion
 from ..paths import located
 from .registry import figures
 
@@ -103,9 +103,7 @@ class Plots:
                     style.write(canvas, path, _figure(name).title, _figure(name).caption)
                     written.append(path)
         except OSError as error:
-            raise WriteError(
-                f"could not write figures into {shown(str(target))}: {error.strerror or error}; choose another folder"
-            ) from None
+            raise could_not(f"write figures into {shown(str(target))}", error, "another folder") from None
         return written
 
     def film(self, path: str | os.PathLike[str], frames: int = 100, rate: int = 20) -> Path:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import ConfigurationError, WriteError, shown, suggestion
+from ..errors import ConfigurationError, could_not, shown, suggestion
 from ..inputs.recording import ALL
 from ..names import EVENTS, FIELDS, OUTPUTS, PROBES, SCALARS
 from ..paths import located
@@ -81,9 +81,7 @@ def export_csv(
         about = f"inner diameter [{chosen.of('mm')}]"
         written.append(_write(target / f"map_diameter_in_space{ending}", head, rows, about))
     except OSError as error:
-        raise WriteError(
-            f"could not write CSV files into {shown(str(target))}: {error.strerror or error}; choose another folder"
-        ) from None
+        raise could_not(f"write CSV files into {shown(str(target))}", error, "another folder") from None
     return written
 
 
@@ -161,9 +159,7 @@ def export_vtk(
             listed = [(float(time[frame]), file) for frame, file in zip(chosen, files, strict=True)]
             vtk_files.write_series(target / f"{name}.pvd", listed)
     except OSError as error:
-        raise WriteError(
-            f"could not write VTK files into {shown(str(target))}: {error.strerror or error}; choose another folder"
-        ) from None
+        raise could_not(f"write VTK files into {shown(str(target))}", error, "another folder") from None
     return [target / f"{name}.pvd" for name in series]
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ..errors import WriteError, shown
+from ..errors import could_not, shown
 
 
 @contextmanager
@@ -31,6 +31,4 @@ def whole_in_folder(target: Path) -> Iterator[Path]:
         with whole(target) as temporary:
             yield temporary
     except OSError as error:
-        raise WriteError(
-            f"could not write {shown(str(target))}: {error.strerror or error}; choose another place"
-        ) from None
+        raise could_not(f"write {shown(str(target))}", error, "another place") from None

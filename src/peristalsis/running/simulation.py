@@ -83,6 +83,10 @@ class Simulation:
         for observer in self._observers:
             observer.start(self.model, self.state)
 
+    def __repr__(self) -> str:
+        where = f"pellet at {self.pellet.position:.4g} cm" if self.model.pellet.present else "no pellet"
+        return f"<Simulation of {self.configuration.scenario} at {self.time:.4g} s, {where}>"
+
     def _beginning(self, model: Model) -> tuple[Model, State, list[str]]:
         """The model completed with V0, the state before t = 0, and remarks; another kind of run begins otherwise."""
         found: tuple[Model, State, list[str]] = model.binding.module("model.initial").initial_state(model)

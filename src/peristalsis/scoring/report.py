@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .._version import __version__
-from ..errors import WriteError, shown
+from ..errors import could_not, shown
 from ..plots import style
 from ..plots.placing import whole
 from .outcome import Outcome
@@ -110,10 +110,7 @@ def _writing(folder: Path) -> Iterator[None]:
         folder.mkdir(parents=True, exist_ok=True)
         yield
     except OSError as error:
-        raise WriteError(
-            f"could not write the report into {shown(str(folder))}: {error.strerror or error}; choose another folder "
-            "with --out"
-        ) from None
+        raise could_not(f"write the report into {shown(str(folder))}", error) from None
 
 
 def _write_picture(picture: Picture, outcomes: Sequence[Outcome], folder: Path) -> bytes:

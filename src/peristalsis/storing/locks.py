@@ -11,7 +11,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from ..errors import WriteError, shown
+from ..errors import WriteError, could_not, shown
 from .disk import CLOSE_AT_START, NO_FOLLOW, fcntl, require_locks
 
 PATIENCE = 10.0
@@ -51,9 +51,7 @@ class Claim:
                 time.sleep(_PAUSE)
         except OSError as error:
             self.release()
-            raise WriteError(
-                f"could not write {shown(str(target))}: {error.strerror or error}; choose another place with --out"
-            ) from None
+            raise could_not(f"write {shown(str(target))}", error, "another place with --out") from None
         except BaseException:
             self.release()
             raise

@@ -17,7 +17,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from ..errors import ConfigurationError, DamagedResult, WriteError, shown
+from ..errors import ConfigurationError, DamagedResult, WriteError, could_not, shown
 from . import disk, manifest
 from .disk import fcntl
 from .locks import PATIENCE, Claim
@@ -392,7 +392,4 @@ def _written(target: Path, action: Callable[[], None]) -> None:
 
 
 def _write_error(target: Path, error: OSError) -> WriteError:
-    return WriteError(
-        f"could not write {shown(str(target))}: {error.strerror or error}; free some space or choose another folder "
-        "with --out"
-    )
+    return could_not(f"write {shown(str(target))}", error)

@@ -3,7 +3,7 @@
 A dose is data of a configuration: whatever library it was taken from, a stored run holds its numbers and sources.
 """
 
-from .effect import acts_on, check, factor, factors, mixed, without_target
+from .effect import acts_on, check, doubtful, factor, factors, mixed, without_target
 from .library import Agent, Intervention, Library, Target, library, variants
 from .reading import changes_by, from_line, named, read
 from .specification import CONCENTRATION, NOT_ADVICE, Dose, amount, schema
@@ -20,6 +20,7 @@ __all__ = [
     "amount",
     "changes_by",
     "check",
+    "doubtful",
     "factor",
     "factors",
     "from_line",

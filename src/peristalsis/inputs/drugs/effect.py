@@ -8,6 +8,10 @@ from itertools import combinations
 from ...errors import ConfigurationError
 from .specification import Dose
 
+CALCIUM = ("slow_calcium", "fast_calcium")
+READ_AS = ("L-type", "T-type")
+"""Channels of Plant's cell and channels of muscle: which is which the shipped libraries read in two ways."""
+
 
 def factor(doses: Iterable[Dose]) -> float:
     """Factor on the conductance of one target: agents compete for it, (110).
@@ -58,6 +62,25 @@ def without_target(doses: Sequence[Dose], cells: Mapping[str, str]) -> list[str]
 def acts_on(dose: Dose, cell: str) -> bool:
     """Whether a cell model has the target of a dose."""
     return any(channel.partition(".")[0] == cell for channel in dose.channels)
+
+
+def doubtful(doses: Sequence[Dose], cells: Sequence[str]) -> list[str]:
+    """A sentence for each calcium channel of Plant's cell on which doses act: which one is the L-type is a reading."""
+    if "plant" not in cells:
+        return []
+    found = []
+    for channel, left in zip(CALCIUM, factors(doses, "plant", CALCIUM), strict=True):
+        acting = [dose for dose in doses if f"plant.{channel}" in dose.channels and dose.target in READ_AS]
+        if acting:
+            target = acting[0].target
+            shipped = (channel, target) in (("slow_calcium", "L-type"), ("fast_calcium", "T-type"))
+            found.append(
+                f"{' and '.join(dose.agent for dose in acting)}: {left:.3g} of the {channel.replace('_', ' ')} "
+                f"conductance is left, because this channel is taken to be the {target} channel; that is a reading, "
+                f"and results differ widely under the other one ({'with' if shipped else 'without'} --drugs "
+                "l_type_is_fast): give both"
+            )
+    return found
 
 
 def mixed(doses: Sequence[Dose]) -> str | None:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import ConfigurationError, DivergenceError, PeristalsisError, WriteError, shown
+from ...errors import ConfigurationError, DivergenceError, PeristalsisError, could_not, shown
 from ...storing import disk
 from ..rows import Row
 from ..table import guarded
@@ -91,9 +91,7 @@ class Table:
             if parquet:
                 disk.replace_file(folder / PARQUET, self.parquet())
         except OSError as error:
-            raise WriteError(
-                f"could not write into {shown(str(folder))}: {error.strerror or error}; free some space"
-            ) from None
+            raise could_not(f"write into {shown(str(folder))}", error) from None
         return folder / TABLE
 
     def parquet(self) -> bytes:
