@@ -352,10 +352,16 @@ def test_sensitivity_without_velocities_failed() -> None:
 
 def test_every_step_of_the_paper_is_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     say = paper_command.RunProgress(Screen(json=False), "tight")
-    for done, (made, kept) in enumerate(((record(2.4), True), (Row({"status": "not_arrived"}), False)), start=1):
+    broken = Row({"status": "refused", "error": "the tube cannot hold this pellet"})
+    made_so_far = ((record(2.4), True), (Row({"status": "not_arrived"}), False), (broken, False))
+    for done, (made, kept) in enumerate(made_so_far, start=1):
         say(Step(replace(made, point=NamedPoint("fig2")), done, 9, kept))
     lines = capsys.readouterr().err.splitlines()
-    assert lines == ["tight   1/9 fig2: expelled at 2.40 s (kept)", "tight   2/9 fig2: not arrived"]
+    assert lines == [
+        "tight   1/9 fig2: expelled at 2.40 s (kept)",
+        "tight   2/9 fig2: not arrived",
+        "tight   3/9 fig2: refused: the tube cannot hold this pellet",
+    ]
 
 
 def test_a_real_run_is_measured() -> None:

@@ -219,5 +219,7 @@ class RunProgress:
         numbers = step.row.summary
         transit = numbers.get("transit_s")
         ended = f"expelled at {transit:.2f} s" if transit is not None else step.row.status.replace("_", " ")
+        if numbers.get("error"):
+            ended += f": {numbers['error']}"
         kept = " (kept)" if step.kept else ""
         self._screen.line(f"{self._reading} {step.done:3d}/{step.count} {step.row.point.name}: {ended}{kept}")
