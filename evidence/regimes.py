@@ -201,8 +201,9 @@ def draw(of: Map, regimes: Sequence[Sequence[str]], transits: np.ndarray[Any, An
         axes.set_xlabel("force of the circular layer (1 = printed)")
         axes.set_ylabel(of.label)
         axes.set_title(f"Numbers of the reading {of.reading}, force and one other changed", fontsize=9, loc="left")
+        there = {one for row in regimes for one in row}
         figure.legend(
-            handles=[Patch(color=COLOURS[one], alpha=0.85, label=one) for one in REGIMES],
+            handles=[Patch(color=COLOURS[one], alpha=0.85, label=one) for one in REGIMES if one in there],
             loc="outside upper center",
             ncols=4,
         )
