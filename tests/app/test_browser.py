@@ -97,6 +97,22 @@ def test_two_runs_and_the_ghost_of_the_last(visit: Callable[..., Visit]) -> None
     own.until(f"{pixels} !== {shown!r}")
 
 
+def test_a_run_pressed_away_at_once_is_no_ghost(visit: Callable[..., Visit]) -> None:
+    own = visit()
+    page = own.open(QUICK)
+    page.click("#run")
+    own.state("a", "over")
+    first = page.evaluate("window.peristalsis.shown.a")
+    for whole in (True, False):
+        before = page.evaluate("window.peristalsis.shown.a")
+        if not whole:  # as if it had been pressed away after two pictures
+            page.evaluate("window.peristalsis.records.get(window.peristalsis.shown.a).frames.length = 2")
+        page.click("#run")
+        own.until(f"window.peristalsis.shown.a !== {before!r}")
+        own.state("a", "over")
+        assert page.evaluate("window.peristalsis.shown.ghostA") == first
+
+
 def test_a_lesson(visit: Callable[..., Visit]) -> None:
     own = visit()
     page = own.open("")

@@ -17,6 +17,7 @@ const SLOTS = ["a", "b"];
 const kept = JSON.parse(sessionStorage.getItem("peristalsis") ?? "{}");
 const page = kept.page ?? [...crypto.getRandomValues(new Uint8Array(16))].map((one) => one.toString(16).padStart(2, "0")).join("");
 const records = new Map();
+const WORTH = 0.2;  // seconds that a run must have gone to be the ghost of the next: one pressed away at once is none
 const shown = { a: kept.a ?? null, b: kept.b ?? null, ghostA: kept.ghostA ?? null, ghostB: kept.ghostB ?? null };
 const view = { time: 0, follow: true, playing: false, at: 0, dirty: true };
 /** What tests and the measurement read: pictures drawn and what that took [ms], frames received, lags from a slider to its picture [ms]. */
@@ -51,7 +52,7 @@ function hear(word) {
   switch (word.kind) {
     case "started": {
       const { slot } = word;
-      if (at(slot)?.frames.length) shown[`ghost${slot.toUpperCase()}`] = shown[slot];
+      if (at(slot)?.frames.length && at(slot).end >= WORTH) shown[`ghost${slot.toUpperCase()}`] = shown[slot];
       shown[slot] = word.run;
       records.set(word.run, records.get(word.run) ?? new Record(word.run, slot));
       Object.assign(view, { follow: true, playing: false });

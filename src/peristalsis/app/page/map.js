@@ -76,9 +76,8 @@ export class DiameterMap {
   track(context, record, x, y, upto, dash) {
     if (!record.header.pellet_outline.length) return;
     const stride = Math.max(1, Math.floor(record.frames.length / 400));
-    for (const [colour, wide] of [["rgba(0,0,0,0.55)", 4], ["#ffffff", 1.8]]) {
-      context.setLineDash(wide === 4 ? [] : dash);
-      if (dash.length && wide === 4) continue;
+    context.setLineDash(dash);
+    for (const [colour, wide] of [["rgba(0,0,0,0.55)", 4], ["#ffffff", 1.8]]) {  // seen on dark and on light
       context.strokeStyle = colour;
       context.lineWidth = wide;
       context.beginPath();
