@@ -221,7 +221,7 @@ function arrange() {
 function words(slot) {
   const record = at(slot);
   if (!record) return "";
-  if (record.state === "preparing") return record.note || "getting ready …";
+  if (record.state === "preparing") return record.note || "starting a process, loading the model, inflating the tube …";
   if (record.state === "computing") return `${record.paused ? "paused" : "computing"}, ${record.end.toFixed(2)} of at most ${number(record.header.duration)} s`;
   if (record.state === "cut") return `ended at ${record.end.toFixed(2)} s by another run`;
   if (record.state === "failed") return record.error;
