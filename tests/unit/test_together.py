@@ -38,6 +38,7 @@ def test_claims_exclude_one_another_if_both_hold_somewhere_and_never_at_once() -
     sets = {"a": frozenset({1, 2}), "b": frozenset({2, 3})}
     assert exclusive(sets) == ((1, 3),)
     assert exclusive({}) == ()
+    assert exclusive(sets, {"a": frozenset({3})}) == ()  # 3 was not run where 1 holds
 
 
 def test_tables_of_points() -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 
 from .claim import Claim
 from .outcome import Outcome
@@ -32,6 +33,11 @@ def held(claims: Sequence[Claim], measured: Measured) -> frozenset[int]:
     return frozenset(one.number for one in claims if score(one, measured).verdict == HOLDS)
 
 
+def not_run(claims: Sequence[Claim], measured: Measured) -> frozenset[int]:
+    """The claims of which nothing is known at a point."""
+    return frozenset(one.number for one in claims if score(one, measured).verdict == NOT_RUN)
+
+
 def front(sets: Mapping[str, frozenset[int]]) -> dict[frozenset[int], tuple[str, ...]]:
     """The largest sets of claims that hold together, each with the points at which they do; the longest set first.
 
@@ -42,11 +48,17 @@ def front(sets: Mapping[str, frozenset[int]]) -> dict[frozenset[int], tuple[str,
     return {one: tuple(name for name, claims in sets.items() if claims == one) for one in order}
 
 
-def exclusive(sets: Mapping[str, frozenset[int]]) -> tuple[tuple[int, int], ...]:
-    """Pairs of claims that each hold somewhere, and never at the same point."""
+def exclusive(
+    sets: Mapping[str, frozenset[int]], unknown: Mapping[str, frozenset[int]] = MappingProxyType({})
+) -> tuple[tuple[int, int], ...]:
+    """Pairs of claims that each hold somewhere, and never at the same point.
+
+    unknown: claims that were not run at a point; they may hold there, so that they exclude nothing.
+    """
     somewhere = sorted(frozenset().union(*sets.values())) if sets else []
+    possible = [one | unknown.get(name, frozenset()) for name, one in sets.items()]
     pairs = itertools.combinations(somewhere, 2)
-    return tuple(pair for pair in pairs if not any(set(pair) <= one for one in sets.values()))
+    return tuple(pair for pair in pairs if not any(set(pair) <= one for one in possible))
 
 
 def front_table(claims: Sequence[Claim], found: Points) -> Table:
@@ -63,9 +75,10 @@ def front_table(claims: Sequence[Claim], found: Points) -> Table:
 def exclusive_table(claims: Sequence[Claim], found: Points) -> Table:
     """Pairs of claims that were never seen to hold together, with the points at which each does."""
     sets = {name: held(claims, measured) for name, measured in found.items()}
+    unknown = {name: not_run(claims, measured) for name, measured in found.items()}
     rows = [
         (str(first), str(second), str(_times(sets, first)), str(_times(sets, second)))
-        for first, second in exclusive(sets)
+        for first, second in exclusive(sets, unknown)
     ]
     columns = ("claim", "excludes", "points of the first", "points of the second")
     note = "Each of the two holds somewhere, and no point has both."

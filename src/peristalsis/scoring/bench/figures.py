@@ -89,7 +89,8 @@ def _isometric(outcomes: Sequence[Outcome]) -> Canvas:
     axes.set_xlabel("time (s)")
     axes.set_ylabel("axial force (mN)")
     axes.grid(alpha=0.25)
-    axes.legend(fontsize=8)
+    if axes.get_lines()[:-1]:  # beside the line at zero
+        axes.legend(fontsize=8)
     return figure
 
 
