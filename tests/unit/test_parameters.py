@@ -103,12 +103,12 @@ def test_readings() -> None:
 
 
 def test_the_fitted_reading_is_a_point_of_the_search() -> None:
-    """Its numbers are those of the best point in the table that is published, and nothing else was moved."""
+    """Its numbers are those of the best point that was drawn or refined once (0048), and nothing else was moved."""
     space = sources.get("paper").space
     assert space is not None
     table = Path(__file__).resolve().parents[2] / "docs" / "paper" / "candidates.csv"
     with table.open(encoding="utf-8", newline="") as stream:
-        best = next(csv.DictReader(stream))
+        best = next(row for row in csv.DictReader(stream) if row["point"].count(".") <= 1)
     drawn = {one.name: float(best[one.name]) for one in space.free} | {
         one.name: best[one.name] for one in space.choices
     }

@@ -60,6 +60,25 @@ def test_what_is_held_back_is_obeyed_afterwards() -> None:
     assert reached
 
 
+def test_what_another_thread_is_given_waits_too() -> None:
+    """The mask is that of one thread; the system may give a signal to any other."""
+    program = """
+import os, signal, threading, time
+from peristalsis.running.spawning import undisturbed
+signal.signal(signal.SIGINT, signal.default_int_handler)
+threading.Thread(target=time.sleep, args=(30.0,), daemon=True).start()
+try:
+    with undisturbed():
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.2)
+        print("whole")
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert (done.stdout, done.stderr) == ("whole\ninterrupted\n", "")
+
+
 def test_a_process_obeys_sigterm_once_it_has_begun() -> None:
     pool = Processes(1)
     try:

@@ -37,12 +37,23 @@ def undisturbed() -> Iterator[None]:
     """Hold Ctrl-C and SIGTERM back while a process is started: neither the start is cut in two, nor what it starts.
 
     A process that is started meanwhile holds them back too, until it calls `deaf_to_interrupts`; threads do for good.
+    Another thread of this process may still be given one; its handler, which runs in the main thread, then waits.
     """
+    came: list[int] = []
+    handlers = {}
     kept = signal.pthread_sigmask(signal.SIG_BLOCK, HELD)
     try:
+        if threading.current_thread() is threading.main_thread():
+            for one in HELD:
+                if callable(signal.getsignal(one)):  # what is ignored stays so, also in what is started
+                    handlers[one] = signal.signal(one, lambda number, frame: came.append(number))
         yield
     finally:
+        for one, handler in handlers.items():
+            signal.signal(one, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, kept)
+        for number in came:
+            signal.raise_signal(number)
 
 
 def deaf_to_interrupts() -> None:
