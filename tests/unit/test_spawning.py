@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
@@ -10,7 +9,6 @@ import sys
 import pytest
 
 from peristalsis.running.processes import Processes
-from peristalsis.running.spawning import undisturbed
 
 STARTS = """
 import os, signal, sys, threading, time
@@ -43,30 +41,12 @@ def test_ctrl_c_while_processes_start(when: str) -> None:
     assert (done.stdout, done.stderr) == ("interrupted\n", "")
 
 
-def test_what_is_held_back_is_obeyed_afterwards() -> None:
-    reached = []
-
-    def start() -> None:
-        with undisturbed():
-            os.kill(os.getpid(), signal.SIGINT)
-            reached.append(True)
-
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            start()
-    finally:
-        signal.signal(signal.SIGINT, before)
-    assert reached
-
-
-def test_what_another_thread_is_given_waits_too() -> None:
-    """The mask is that of one thread; the system may give a signal to any other."""
-    program = """
-import os, signal, threading, time
+HOLDS = """
+import os, signal, sys, threading, time
 from peristalsis.running.spawning import undisturbed
 signal.signal(signal.SIGINT, signal.default_int_handler)
-threading.Thread(target=time.sleep, args=(30.0,), daemon=True).start()
+if sys.argv[1] == "threads":
+    threading.Thread(target=time.sleep, args=(30.0,), daemon=True).start()
 try:
     with undisturbed():
         os.kill(os.getpid(), signal.SIGINT)
@@ -75,7 +55,12 @@ try:
 except KeyboardInterrupt:
     print("interrupted")
 """
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+
+
+@pytest.mark.parametrize("others", ["alone", "threads"])
+def test_what_is_held_back_is_obeyed_afterwards(others: str) -> None:
+    """Also where another thread is given the signal: the mask is that of one thread only."""
+    done = subprocess.run([sys.executable, "-c", HOLDS, others], capture_output=True, text=True, timeout=60)
     assert (done.stdout, done.stderr) == ("whole\ninterrupted\n", "")
 
 
