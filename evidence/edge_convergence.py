@@ -11,11 +11,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from common import ROOT, table
+from common import DOUBLED, HALVED, ROOT, made_or_kept, table, wrapped
 
-from peristalsis.many.sweep import sweep
 from peristalsis.scoring import sources
-from verification.prose import wrapped
 
 SOURCE = sources.get("paper")
 assert SOURCE.space is not None
@@ -30,13 +28,11 @@ RUNS = (
     ),
     *("fig7b", "fig7c", "pellet_x1.05", "ratio_1.02", "ratio_1.08"),
 )
-GRIDS = {"grid.n_z": 1400, "grid.n_z_wall": 1300}
-STEPS = {"step.wall": "2.5 ms", "step.conduction": "0.5 ms"}
 WAYS: Mapping[str, Mapping[str, Any]] = {
     "as shipped": {},
-    "doubled grids": GRIDS,
-    "halved steps": STEPS,
-    "both": {**GRIDS, **STEPS},
+    "doubled grids": DOUBLED,
+    "halved steps": HALVED,
+    "both": {**DOUBLED, **HALVED},
 }
 HEAD = """# Runs at the edge, on finer grids and steps
 
@@ -58,11 +54,7 @@ def main() -> None:
         for way, changes in WAYS.items()
     }
 
-    def tell(step: Any) -> None:
-        if not step.kept:
-            print(f"{step.done}/{step.count} {step.row.point.name}", file=sys.stderr, flush=True)
-
-    rows = sweep(cases, folder, SOURCE.measure, workers, tell)
+    rows = made_or_kept(cases, folder, SOURCE.measure, workers)
     found = {name: (EDGE.regime(row.summary), row.summary.get("transit_s")) for name, row in rows.items()}
     lines, same = [], 0
     for run in RUNS:

@@ -13,13 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from common import ROOT, table, wrapped
+from common import DOUBLED, HALVED, ROOT, made_or_kept, table, wrapped
 
 from peristalsis import scenarios
 from peristalsis.inputs.config import Configuration
-from peristalsis.many.rows import Row
 from peristalsis.many.studies.classes import ARRESTED, CAUGHT, LEFT, REGIMES, RIDES
-from peristalsis.many.sweep import sweep
 from peristalsis.plots import style
 from peristalsis.scoring import sources
 
@@ -39,7 +37,6 @@ FORCES = {"tight": _even(0.3, 1.2, 33), "edge": _even(0.257, 1.028, 17)}
 """Of the circular layer; the norm of either reading is one of them."""
 VISCOUS = {"tight": _even(57.5, 920.0, 25), "edge": _even(57.5, 920.0, 13)}
 RATIOS = tuple(round(0.96 + 0.02 * k, 2) for k in range(13))
-FINER = {"grid.n_z": 1400, "grid.n_z_wall": 1300, "step.wall": "2.5 ms", "step.conduction": "0.5 ms"}
 PAGE = """# Regimes over force, friction and size
 
 Made by `python evidence/regimes.py`: what a pellet does, lines of equal transit, and the paper's
@@ -133,20 +130,10 @@ def maps(reading: str) -> tuple[Map, Map]:
     )
 
 
-def records(cases: Mapping[str, Configuration], folder: Path, workers: int) -> dict[str, Row]:
-    """The rows of all cases, made or kept, told on stderr."""
-
-    def tell(step: Any) -> None:
-        if not step.kept:
-            print(f"{step.done}/{step.count} {step.row.point.name}", file=sys.stderr, flush=True)
-
-    return sweep(cases, folder, SOURCE.measure, workers, tell)
-
-
 def measured(of: Map, folder: Path, workers: int) -> tuple[list[list[str]], np.ndarray[Any, Any]]:
     """Regime and transit [s] (nan where there is none) at every force (columns) and value (rows)."""
     cases = {f"{of.file} {f:g} {v:g}": of.configuration(f, v) for v in of.values for f in of.forces}
-    rows = records(cases, folder, workers)
+    rows = made_or_kept(cases, folder, SOURCE.measure, workers)
     found = [[rows[f"{of.file} {f:g} {v:g}"].summary for f in of.forces] for v in of.values]
     times = [[np.nan if one.get("transit_s") is None else one["transit_s"] for one in row] for row in found]
     return [[EDGE.regime(one) for one in row] for row in found], np.array(times, dtype=float)
@@ -158,7 +145,12 @@ def checked(of: Map, regimes: Sequence[Sequence[str]], folder: Path, workers: in
     row = min(range(len(of.values)), key=lambda k: abs(of.values[k] - norm))
     riding = regimes[row].index(RIDES)
     places = [(of.forces[k], of.values[row], regimes[row][k]) for k in (riding - 1, riding, len(of.forces) - 1)]
-    rows = records({f"finer {of.file} {f:g}": of.configuration(f, v, FINER) for f, v, _ in places}, folder, workers)
+    rows = made_or_kept(
+        {f"finer {of.file} {f:g}": of.configuration(f, v, {**DOUBLED, **HALVED}) for f, v, _ in places},
+        folder,
+        SOURCE.measure,
+        workers,
+    )
     found = [rows[f"finer {of.file} {f:g}"].summary for f, *_ in places]
     return [(of.about, *place, EDGE.regime(one), one["transit_s"]) for place, one in zip(places, found, strict=True)]
 

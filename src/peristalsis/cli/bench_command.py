@@ -10,6 +10,7 @@ import typer
 from ..errors import ConfigurationError
 from ..paths import located
 from .job import Job
+from .options import Json
 from .paper_command import COARSE_NOTE, MOST_WORKERS, PaperOrder, RunProgress, carry_out_order, chosen_variants
 from .streams import Screen, spelled
 
@@ -50,9 +51,7 @@ def bench(
             "minutes of a processor).",
         ),
     ] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print exactly one JSON object on stdout, even when something is wrong.")
-    ] = False,
+    as_json: Json = False,
 ) -> Job:
     """Run the assays of an isolated colon and score what was measured there.
 

@@ -10,6 +10,7 @@ import typer
 from ..errors import ConfigurationError, could_not
 from ..paths import located
 from .job import Job
+from .options import Json
 from .streams import Screen, spelled
 
 if TYPE_CHECKING:
@@ -29,9 +30,6 @@ EXAMPLES = {
     "export": ("peristalsis cell export plant --out plant.mmt", "peristalsis cell export plant --out plant.cellml"),
 }
 
-Json = Annotated[
-    bool, typer.Option("--json", help="Print exactly one JSON object on stdout, even when something is wrong.")
-]
 Cell = Annotated[
     str, typer.Argument(metavar="NAME|FILE", help="A shipped cell, a description, or a file of another program.")
 ]

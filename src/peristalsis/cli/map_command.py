@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from .job import Job
+from .options import Json
 from .orders import MapOrder
 
 EXAMPLES = (
@@ -110,9 +111,7 @@ def map_(
         typer.Option("--out", metavar="DIR", help="Folder of pictures and tables; out/map_NAME unless given."),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print exactly one JSON object on stdout, even when something is wrong.")
-    ] = False,
+    as_json: Json = False,
 ) -> Job:
     """Read a map of diameter or pressure over place and time, draw it, find its contractions.
 

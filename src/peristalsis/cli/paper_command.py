@@ -13,6 +13,7 @@ import typer
 from ..errors import ConfigurationError, shown, suggestion
 from ..paths import located
 from .job import Job
+from .options import Json
 from .streams import Screen, spelled
 
 if TYPE_CHECKING:
@@ -101,9 +102,7 @@ def paper(
             help="With --search: score the claims that were held out as well, once it is over, and every reading.",
         ),
     ] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print exactly one JSON object on stdout, even when something is wrong.")
-    ] = False,
+    as_json: Json = False,
 ) -> Job:
     """Run every experiment of the paper and score its claims.
 
@@ -123,8 +122,9 @@ def paper(
     if search and any(beside.values()):
         unused = next(option for option, given in beside.items() if given)
         raise ConfigurationError(f"{unused}: a search has its own runs, and no use for it; leave it out")
+    variants = _variants(variant or [])
     order = PaperOrder(
-        *(figure, reading, workers, located(out), coarse, not no_searches, _variants(variant or [])), held_out=held_out
+        figure, reading, workers, located(out), coarse, not no_searches, variants=variants, held_out=held_out
     )
     return Job(lambda screen: (search_order if search else carry_out_order)(order, screen))
 

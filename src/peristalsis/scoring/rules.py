@@ -219,8 +219,8 @@ class Exceeds:
         numbers = f"{self.run}: {self.metric} {shown(mine, self.metric)}; {self.than}: {metric} {shown(theirs, metric)}"
         if mine is None or theirs is None:
             return Finding(False, numbers, margin=-math.inf)
-        least = theirs + (self.excess or 1.0 if isinstance(mine, int) else self.excess)  # of counts, the next one
-        bound = max(self.factor * theirs, least)
+        above = self.excess or (1.0 if isinstance(mine, int) else 0.0)  # of counts, the next one
+        bound = max(self.factor * theirs, theirs + above)
         holds = mine >= self.factor * theirs and mine > theirs + self.excess
         return Finding(holds, numbers, margin=(mine - bound) / (abs(bound) or 1.0))
 

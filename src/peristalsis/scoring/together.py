@@ -28,14 +28,12 @@ def points(candidates: Iterable[Candidate], outcomes: Iterable[Outcome] = ()) ->
     return found | {outcome.condition.title: outcome.measured for outcome in outcomes}
 
 
-def held(claims: Sequence[Claim], measured: Measured) -> frozenset[int]:
-    """The claims that hold at a point."""
-    return frozenset(one.number for one in claims if score(one, measured).verdict == HOLDS)
-
-
-def not_run(claims: Sequence[Claim], measured: Measured) -> frozenset[int]:
-    """The claims of which nothing is known at a point."""
-    return frozenset(one.number for one in claims if score(one, measured).verdict == NOT_RUN)
+def by_verdict(claims: Sequence[Claim], found: Points, verdict: str) -> dict[str, frozenset[int]]:
+    """The claims with one verdict, at each point."""
+    return {
+        name: frozenset(one.number for one in claims if score(one, measured).verdict == verdict)
+        for name, measured in found.items()
+    }
 
 
 def front(sets: Mapping[str, frozenset[int]]) -> dict[frozenset[int], tuple[str, ...]]:
@@ -63,7 +61,7 @@ def exclusive(
 
 def front_table(claims: Sequence[Claim], found: Points) -> Table:
     """The front: how many claims hold together, which, which others hold elsewhere only, and at which points."""
-    sets = {name: held(claims, measured) for name, measured in found.items()}
+    sets = by_verdict(claims, found, HOLDS)
     somewhere = frozenset().union(*sets.values()) if sets else frozenset()
     rows = [
         (str(len(one)), _listed(one), _listed(somewhere - one), ", ".join(names)) for one, names in front(sets).items()
@@ -74,11 +72,10 @@ def front_table(claims: Sequence[Claim], found: Points) -> Table:
 
 def exclusive_table(claims: Sequence[Claim], found: Points) -> Table:
     """Pairs of claims that were never seen to hold together, with the points at which each does."""
-    sets = {name: held(claims, measured) for name, measured in found.items()}
-    unknown = {name: not_run(claims, measured) for name, measured in found.items()}
+    sets = by_verdict(claims, found, HOLDS)
     rows = [
         (str(first), str(second), str(_times(sets, first)), str(_times(sets, second)))
-        for first, second in exclusive(sets, unknown)
+        for first, second in exclusive(sets, by_verdict(claims, found, NOT_RUN))
     ]
     columns = ("claim", "excludes", "points of the first", "points of the second")
     note = "Each of the two holds somewhere, and no point has both."
